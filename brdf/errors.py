@@ -1,0 +1,26 @@
+"""The errors a user can cause. Libraries raise them; only the command line prints them and exits."""
+
+from __future__ import annotations
+
+import os
+
+
+class UserError(ValueError):
+    """Something the user can mend: the message names the offending value, the rule and the remedy."""
+
+
+class FileError(UserError):
+    """A file that cannot be used as it is.
+
+    **Arguments:**
+
+    - `path`: the file, as the user named it.
+    - `problem`: what is wrong and where in the file (byte, line, field, key), one sentence.
+    - `remedy`: what to do about it, one sentence.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], problem: str, remedy: str):
+        self.path = os.fspath(path)
+        self.problem = problem
+        self.remedy = remedy
+        super().__init__(f"{self.path}: {problem} {remedy}")

@@ -1,0 +1,180 @@
+"""A material: a model with its parameters and where they came from, as JSON on disk.
+
+    {"model": "lambert+ggx",
+     "parameters": {"lambert": {"albedo": [r, g, b]}, "ggx": {"f0": [r, g, b], "alpha": 0.2, "masking": "smith"}},
+     "provenance": {...}}
+
+A lobe that occurs twice is `ggx` and `ggx_2`; static choices stand beside the parameters of their lobe; a colour may be
+one number (grey); what is left out has its default.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import os
+import pathlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from .atomic import atomic_path
+from .errors import FileError, UserError
+from .model import AbstractBRDF
+from .parameter import Choice, Parameter, choices, parameters
+from .registry import MODELS, combine, expression_of, lobe_models, nearest, split
+
+# A material file holds a few numbers and their provenance; anything beyond this is another kind of file.
+_SIZE_MAX = 16 * 2**20
+
+
+@dataclasses.dataclass(frozen=True)
+class Material:
+    """A named model with its parameters and their provenance.
+
+    **Arguments:**
+
+    - `brdf`: the model.
+    - `provenance`: JSON-serialisable: what made it, from which file, with which error.
+    """
+
+    brdf: AbstractBRDF
+    provenance: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+
+    @property
+    def model(self) -> str:
+        """The expression of the model, such as `"lambert+ggx"`."""
+        return expression_of(self.brdf)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The material as the JSON object of the module's docstring; inverse of `from_dict`."""
+        lobes = {}
+        for lobe, model in split(self.brdf).items():
+            values: dict[str, Any] = {}
+            for parameter in parameters(model):
+                values[parameter.name] = np.asarray(getattr(model, parameter.name), np.float64).tolist()
+            for choice in choices(model):
+                values[choice.name] = getattr(model, choice.name)
+            lobes[lobe] = values
+        result: dict[str, Any] = {"model": self.model, "parameters": lobes}
+        if self.provenance:
+            result["provenance"] = dict(self.provenance)
+        return result
+
+
+def check_parameter(value: Any, parameter: Parameter, where: str) -> float | list[float]:
+    """The value as a float or three floats, if it suits the declaration; raises `UserError` if it does not.
+
+    **Arguments:**
+
+    - `value`: a number, or three for a colour (one number means grey).
+    - `parameter`: the declaration.
+    - `where`: the lobe's name, for the message.
+    """
+    name = f"{where}.{parameter.name}"
+    numbers = list(value) if isinstance(value, list | tuple) else [value]
+    if any(isinstance(x, bool) or not isinstance(x, int | float) for x in numbers):
+        raise UserError(f"`{name} = {value}` is not numeric. Give {_shape(parameter)}.")
+    if len(numbers) == 1 and parameter.size == 3:
+        numbers = numbers * 3
+    if len(numbers) != parameter.size:
+        raise UserError(f"`{name} = {value}` holds {len(numbers)} numbers. Give {_shape(parameter)}.")
+    for x in numbers:
+        if not math.isfinite(x) or not parameter.lower <= x <= parameter.upper:
+            is_roughness = parameter.slope and x > parameter.upper
+            hint = " If it is a perceptual roughness, use `alpha = roughness**2`." if is_roughness else ""
+            raise UserError(
+                f"`{name} = {x}` is outside [{parameter.lower:g}, {parameter.upper:g}].{hint} "
+                f"It is the {parameter.doc}{'' if parameter.unit == '1' else f', in {parameter.unit}'}."
+            )
+    return [float(x) for x in numbers] if parameter.size == 3 else float(numbers[0])
+
+
+def _shape(parameter: Parameter) -> str:
+    span = f"[{parameter.lower:g}, {parameter.upper:g}]"
+    return f"three numbers in {span}, or one for grey" if parameter.size == 3 else f"one number in {span}"
+
+
+def check_choice(value: Any, choice: Choice, where: str) -> str:
+    """The option, if the choice has it; raises `UserError`, naming the nearest one, if not."""
+    if value not in choice.options:
+        raise UserError(f"`{where}.{choice.name} = {value}` is not an option. {nearest(str(value), choice.options)}")
+    return value
+
+
+def from_dict(data: Any) -> Material:
+    """The material of a JSON object (see the module's docstring), every name and bound checked.
+
+    Raises `UserError` for a missing or unknown name (with the nearest known one) and for a value out of bounds.
+    """
+    if not isinstance(data, Mapping):
+        raise UserError("A material is a JSON object with the keys `model` and `parameters`.")
+    if not isinstance(data.get("model"), str):
+        raise UserError('The key `model` is missing or not a string. Write for example `"model": "lambert+ggx"`.')
+    lobes = lobe_models(data["model"])
+    given = data.get("parameters", {})
+    if not isinstance(given, Mapping):
+        raise UserError('`parameters` must be an object with one object per lobe, as in {"ggx": {"alpha": 0.2}}.')
+    for lobe in given:
+        if lobe not in lobes:
+            raise UserError(f"`{lobe}` in `parameters` is not a lobe of `{data['model']}`. {nearest(lobe, lobes)}")
+    built = {lobe: _build_lobe(MODELS[name], lobe, given.get(lobe, {})) for lobe, name in lobes.items()}
+    provenance = data.get("provenance", {})
+    if not isinstance(provenance, Mapping):
+        raise UserError("`provenance` must be a JSON object; remove it if in doubt.")
+    return Material(combine(built), provenance)
+
+
+def _build_lobe(model: type[AbstractBRDF], lobe: str, given: Any) -> AbstractBRDF:
+    if not isinstance(given, Mapping):
+        raise UserError(f"`{lobe}` must be an object of parameter names and values.")
+    declared = {p.name: p for p in parameters(model)}
+    options = {c.name: c for c in choices(model)}
+    values: dict[str, Any] = {}
+    for name, value in given.items():
+        if name in declared:
+            values[name] = check_parameter(value, declared[name], lobe)
+        elif name in options:
+            values[name] = check_choice(value, options[name], lobe)
+        else:
+            raise UserError(f"`{name}` is not a parameter of `{lobe}`. {nearest(name, [*declared, *options])}")
+    return model(**values)
+
+
+def load_material(path: str | os.PathLike[str]) -> Material:
+    """Reads a material from a JSON file.
+
+    Raises `FileError`, naming the file and the place in it, if it cannot be read or is not a material.
+    """
+    file = pathlib.Path(path)
+    try:
+        if file.stat().st_size > _SIZE_MAX:
+            raise FileError(path, f"It is larger than {_SIZE_MAX >> 20} MiB.", "A material is a small JSON file.")
+        data = json.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise FileError(path, f"It cannot be read: {error.strerror}.", "Check the path and its permissions.") from None
+    except UnicodeDecodeError as error:
+        remedy = "A material is a JSON file; a measurement goes to `brdf fit` first."
+        raise FileError(path, f"It is not text (byte {error.start}).", remedy) from None
+    except (json.JSONDecodeError, RecursionError) as error:
+        place = f" (line {error.lineno}: {error.msg})" if isinstance(error, json.JSONDecodeError) else ""
+        remedy = "A material is written by `brdf fit -o material.json`."
+        raise FileError(path, f"It is not valid JSON{place}.", remedy) from None
+    try:
+        return from_dict(data)
+    except FileError:
+        raise
+    except UserError as error:
+        raise FileError(path, str(error), "`brdf models` lists models and parameters.") from None
+
+
+def save_material(material: Material, path: str | os.PathLike[str], force: bool = False) -> None:
+    """Writes a material as JSON, whole or not at all; floats keep every digit.
+
+    Raises `FileError` if `path` exists and `force` is not given, or if it cannot be written.
+    """
+    text = json.dumps(material.to_dict(), indent=2, allow_nan=False) + "\n"
+    with atomic_path(path, force) as temporary:
+        temporary.write_text(text, encoding="utf-8")

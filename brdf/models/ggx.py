@@ -1,0 +1,33 @@
+"""GGX (Trowbridge-Reitz) microfacets: long-tailed highlights, the usual choice for metals, plastics and coatings.
+
+    f = D(theta_h) V(wi, wo) F(theta_d)
+
+- Walter, Marschner, Li, Torrance 2007, "Microfacet Models for Refraction through Rough Surfaces".
+- Heitz 2014, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs".
+- Schlick 1994, "An Inexpensive BRDF Model for Physically-based Rendering".
+"""
+
+from __future__ import annotations
+
+from ..distributions import cos_lambda_ggx, d_ggx
+from ..frame import Geometry, Scalar
+from ..fresnel import f_schlick
+from ..masking import VISIBILITY
+from ..model import AbstractBRDF, Color
+from ..parameter import choice, color, slope
+
+
+class GGX(AbstractBRDF):
+    """Microfacet reflection with the GGX distribution of slopes."""
+
+    f0: Color = color(0.0, 1.0, 0.04, "Fresnel reflectance at normal incidence")
+    alpha: Scalar = slope(1e-4, 1.0, 0.3, "width of the slope distribution; the square of perceptual roughness")
+    masking: str = choice(*VISIBILITY, doc="Smith masking, height-correlated or separable")
+
+    def reflect(self, g: Geometry) -> Color:
+        d = d_ggx(g, self.alpha)
+        cos_lambda_i = cos_lambda_ggx(g.cos_i, g.sin2_i, self.alpha)
+        cos_lambda_o = cos_lambda_ggx(g.cos_o, g.sin2_o, self.alpha)
+        v = VISIBILITY[self.masking](g, cos_lambda_i, cos_lambda_o)
+        f = f_schlick(self.f0, g.one_minus_cos_d)
+        return d * v * f

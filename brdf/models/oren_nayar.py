@@ -1,0 +1,71 @@
+"""Oren and Nayar's rough diffuse reflector: Lambertian V-cavities whose slopes are Gaussian.
+
+    f = (rho / pi) (C1 + cos(dphi) C2 tan(beta) + (1 - |cos(dphi)|) C3 tan((alpha + beta) / 2))
+        + 0.17 (rho^2 / pi) sigma^2 / (sigma^2 + 0.13) (1 - cos(dphi) (2 beta / pi)^2)
+
+with alpha = max(theta_i, theta_o), beta = min(theta_i, theta_o), dphi = phi_o - phi_i: the full form with
+interreflection, not the qualitative one. The azimuth is undefined at normal incidence; there every term that holds it
+vanishes, so it never appears here without the sine that cancels it, or is guarded. The published form turns negative
+for forward scattering at grazing angles, where a reflectance cannot be: there it is cut at zero.
+
+- Oren, Nayar 1994, "Generalization of Lambert's Reflectance Model", section 4.4.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import jax.numpy as jnp
+
+from ..frame import Geometry, Scalar
+from ..model import AbstractBRDF, Color
+from ..parameter import color, scalar
+
+# Smallest product of squared sines at which an azimuth is computed: below it both of its terms round to zero.
+_SIN2_MIN = 1e-20
+
+
+class OrenNayar(AbstractBRDF):
+    """Rough diffuse reflection, full 1994 form with interreflection."""
+
+    # The published approximation reflects up to 4.5 % too much near grazing at sigma = 0.3 and albedo 1.
+    albedo_max: ClassVar[float] = 1.05
+
+    albedo: Color = color(0.0, 1.0, 0.5, "albedo of the facets")
+    sigma: Scalar = scalar(
+        0.0,
+        1.5707963,
+        0.35,
+        "standard deviation of the facets' slope angle",
+        unit="rad",
+        starts=(0.1, 0.4, 0.8),
+        fit_square=True,
+    )
+
+    def reflect(self, g: Geometry) -> Color:
+        rho, sigma2 = self.albedo, self.sigma * self.sigma
+        sin2_product = g.sin2_i * g.sin2_o
+        has_azimuth = sin2_product > _SIN2_MIN
+        sin2_i = jnp.where(has_azimuth, g.sin2_i, 0.5 * jnp.ones_like(g.sin2_i))
+        sin2_o = jnp.where(has_azimuth, g.sin2_o, 0.5 * jnp.ones_like(g.sin2_o))
+        sin_i, sin_o = jnp.sqrt(sin2_i), jnp.sqrt(sin2_o)
+        cos_i = jnp.where(has_azimuth, g.cos_i, jnp.sqrt(0.5) * jnp.ones_like(g.cos_i))
+        cos_o = jnp.where(has_azimuth, g.cos_o, jnp.sqrt(0.5) * jnp.ones_like(g.cos_o))
+        cos_dphi = jnp.clip(g.dot_xy / (sin_i * sin_o), -1, 1)
+
+        theta_i, theta_o = jnp.arctan2(sin_i, cos_i), jnp.arctan2(sin_o, cos_o)
+        alpha, beta = jnp.maximum(theta_i, theta_o), jnp.minimum(theta_i, theta_o)
+        sin_alpha = jnp.maximum(sin_i, sin_o)
+        tan_beta = jnp.minimum(sin_i, sin_o) / jnp.maximum(cos_i, cos_o)
+        tan_mean = (sin_i + sin_o) / (cos_i + cos_o)
+        ratio_beta = 2 * beta / jnp.pi
+
+        c1 = 1 - 0.5 * sigma2 / (sigma2 + 0.33)
+        c2 = 0.45 * sigma2 / (sigma2 + 0.09)
+        c2 = c2 * (sin_alpha - jnp.where(cos_dphi < 0, ratio_beta * ratio_beta * ratio_beta, jnp.zeros_like(beta)))
+        ratio_product = 4 * alpha * beta / (jnp.pi * jnp.pi)
+        c3 = 0.125 * sigma2 / (sigma2 + 0.09) * ratio_product * ratio_product
+        rough = cos_dphi * c2 * tan_beta + (1 - jnp.abs(cos_dphi)) * c3 * tan_mean
+        bounce = 0.17 * sigma2 / (sigma2 + 0.13) * (1 - jnp.where(has_azimuth, cos_dphi * ratio_beta * ratio_beta, 0.0))
+        direct = c1 + jnp.where(has_azimuth, rough, jnp.zeros_like(rough))
+        return rho / jnp.pi * jnp.maximum(direct + rho * bounce, 0)

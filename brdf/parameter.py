@@ -1,0 +1,151 @@
+"""The one declaration of a model's parameters.
+
+A model is an Equinox module whose fields are declared with `scalar()`, `color()` and `choice()`. The fit's bounds and
+starts, the GLSL struct and uniform block, the command line, the JSON file, `brdf models` and the table in the README
+all read this declaration; none of them keeps a list of its own.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, Literal
+
+import equinox as eqx
+import numpy as np
+
+_KEY = "brdf"
+# 24 slopes from 0.002 to 1: neighbours differ by a factor 1.31, inside the basin of a log-loss fit of one lobe.
+_SLOPE_STARTS = tuple(0.002 * (1 / 0.002) ** (i / 23) for i in range(24))
+
+
+@dataclasses.dataclass(frozen=True)
+class Parameter:
+    """One continuous parameter of a model, as declared on its field.
+
+    **Arguments:**
+
+    - `name`: snake_case; the Python field, GLSL member, JSON key and command-line key.
+    - `kind`: `"scalar"` or `"color"` (three channels, linear Rec. 709).
+    - `lower`, `upper`: inclusive bounds, the same for every channel.
+    - `default`: inside the bounds.
+    - `unit`: `"1"` for a plain number, else the unit.
+    - `doc`: one sentence.
+    - `slope`: whether it is the RMS-like slope of a specular lobe. The fit scans it; the preview samples with it.
+    - `starts`: values that the global start of a fit scans; a colour has none, its start is solved for.
+    - `fit_square`: whether the fit's unknown is its square, for a model that is even in it.
+    """
+
+    name: str
+    kind: Literal["scalar", "color"]
+    lower: float
+    upper: float
+    default: float
+    unit: str
+    doc: str
+    slope: bool = False
+    starts: tuple[float, ...] = ()
+    fit_square: bool = False
+
+    @property
+    def size(self) -> int:
+        """The number of values: 1 for a scalar, 3 for a colour."""
+        return 3 if self.kind == "color" else 1
+
+
+@dataclasses.dataclass(frozen=True)
+class Choice:
+    """One static choice of a model, as declared on its field.
+
+    **Arguments:**
+
+    - `name`: snake_case; the Python field, the JSON key and, with the model's name before it, the GLSL `#define`.
+    - `options`: the values that may be chosen, the default first.
+    - `doc`: one sentence.
+    """
+
+    name: str
+    options: tuple[str, ...]
+    doc: str
+
+    @property
+    def default(self) -> str:
+        return self.options[0]
+
+
+def _floating(value: Any) -> Any:
+    """Makes a plain number or list a float64 NumPy array, so that no digit read from a file is lost where JAX is in
+    float32 mode; leaves JAX arrays, tracers and the placeholders of tree operations as they are."""
+    is_plain = isinstance(value, int | float | list | tuple | np.ndarray | np.generic)
+    return np.asarray(value, np.float64) if is_plain else value
+
+
+def _color(value: Any) -> Any:
+    array = _floating(value)
+    return np.full(3, array) if isinstance(array, np.ndarray) and array.ndim == 0 else array
+
+
+def scalar(
+    lower: float,
+    upper: float,
+    default: float,
+    doc: str,
+    *,
+    unit: str = "1",
+    starts: tuple[float, ...] = (),
+    fit_square: bool = False,
+) -> Any:
+    """Declares a scalar parameter of a model; see `Parameter` for the arguments."""
+    return _declare("scalar", lower, upper, default, unit, doc, False, starts or (default,), fit_square)
+
+
+def slope(lower: float, upper: float, default: float, doc: str) -> Any:
+    """Declares a microfacet slope parameter, conventionally called `alpha`; see `Parameter` for the arguments."""
+    starts = tuple(start for start in _SLOPE_STARTS if lower <= start <= upper)
+    return _declare("scalar", lower, upper, default, "1", doc, True, starts, False)
+
+
+def color(lower: float, upper: float, default: float, doc: str, *, unit: str = "1") -> Any:
+    """Declares a colour parameter, linear Rec. 709, three channels; a single number means grey."""
+    return _declare("color", lower, upper, default, unit, doc, False, (), False)
+
+
+def _declare(
+    kind: Literal["scalar", "color"],
+    lower: float,
+    upper: float,
+    default: float,
+    unit: str,
+    doc: str,
+    is_slope: bool,
+    starts: tuple[float, ...],
+    fit_square: bool,
+) -> Any:
+    if not lower <= default <= upper:
+        raise ValueError(f"The default `{default}` is outside its own bounds [{lower}, {upper}].")
+    declared = Parameter("", kind, lower, upper, default, unit, doc, is_slope, starts, fit_square)
+    converter = _color if kind == "color" else _floating
+    return eqx.field(default=default, converter=converter, metadata={_KEY: declared})
+
+
+def choice(*options: str, doc: str) -> Any:
+    """Declares a static choice among `options`, the first being the default; it becomes a `#define` in GLSL."""
+    return eqx.field(default=options[0], static=True, metadata={_KEY: Choice("", options, doc)})
+
+
+def _declared(model: Any, kind: type) -> list[Any]:
+    found = []
+    for field in dataclasses.fields(model):
+        declared = field.metadata.get(_KEY)
+        if isinstance(declared, kind):
+            found.append(dataclasses.replace(declared, name=field.name))  # type: ignore[type-var]
+    return found
+
+
+def parameters(model: Any) -> tuple[Parameter, ...]:
+    """The continuous parameters of a model class or instance, in the order of their declaration."""
+    return tuple(_declared(model, Parameter))
+
+
+def choices(model: Any) -> tuple[Choice, ...]:
+    """The static choices of a model class or instance, in the order of their declaration."""
+    return tuple(_declared(model, Choice))

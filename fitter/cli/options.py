@@ -1,0 +1,73 @@
+"""What several subcommands share: options, the outputs' checks, progress, and the compilation cache."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pathlib
+import sys
+from collections.abc import Callable, Iterator
+
+import click
+
+from brdf.errors import FileError, UserError
+
+force = click.option("--force", is_flag=True, help="Replace output files that exist.")
+quiet = click.option("--quiet", "-q", is_flag=True, help="No progress on stderr.")
+as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of a text to read.")
+
+
+def check_output(path: str | None, suffixes: tuple[str, ...], force: bool) -> None:
+    """Refuses an output before any work is done: a wrong suffix, a missing folder, a file that exists.
+
+    Raises `FileError`; does nothing if `path` is None.
+    """
+    if path is None:
+        return
+    from brdf.atomic import refuse_to_overwrite
+
+    if pathlib.Path(path).suffix.lower() not in suffixes:
+        raise FileError(path, "does not end in " + " or ".join(suffixes) + ".", "Name the file so.")
+    refuse_to_overwrite(path, force)
+
+
+def pairs(texts: tuple[str, ...], option: str) -> dict[str, str]:
+    """Splits `name=value` texts; raises `UserError`, naming the option, for one without `=`."""
+    found = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not (name.strip() and equals and value.strip()):
+            raise UserError(f"`{option} {text}` is not a name and a value. Write `{option} name=value`.")
+        found[name.strip()] = value.strip()
+    return found
+
+
+@contextlib.contextmanager
+def progress(quiet: bool) -> Iterator[Callable[[str], None]]:
+    """A function that shows what is being done now, on stderr: a spinner on a terminal, nothing elsewhere."""
+    if quiet or not sys.stderr.isatty():
+        yield lambda sentence: None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status("starting") as status:
+        yield status.update
+
+
+def cache_compilations() -> None:
+    """Keeps compiled JAX programs on disk between runs, in `BRDF_CACHE_DIR` or the user's cache folder.
+
+    A folder that cannot be written is no error: programs are then compiled anew.
+    """
+    import jax
+
+    base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    folder = pathlib.Path(os.environ.get("BRDF_CACHE_DIR") or pathlib.Path(base) / "brdf-fitter") / "jax"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return
+    if os.access(folder, os.W_OK):
+        jax.config.update("jax_compilation_cache_dir", str(folder))
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0)
+        jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)

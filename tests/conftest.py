@@ -1,0 +1,29 @@
+"""Shared by all tests: strict JAX settings, run-time checks of shapes and types, and the folder of real data."""
+
+import pathlib
+
+import hypothesis
+import jax
+import pytest
+from jaxtyping import install_import_hook
+
+jax.config.update("jax_enable_x64", True)
+jax.config.update("jax_numpy_dtype_promotion", "strict")
+jax.config.update("jax_numpy_rank_promotion", "raise")
+# Compiled programs of an earlier run are used again; the first run fills this.
+jax.config.update("jax_compilation_cache_dir", str(pathlib.Path(__file__).parent.parent / ".pytest_cache" / "jax"))
+jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
+
+_hook = install_import_hook(["brdf", "fitter", "shaders"], "type_checker.check")
+
+hypothesis.settings.register_profile("house", derandomize=True, deadline=None)
+hypothesis.settings.load_profile("house")
+
+
+@pytest.fixture(scope="session")
+def shared() -> pathlib.Path:
+    """The folder of real measurements and independent values beside the checkout; skips where it is missing."""
+    folder = pathlib.Path(__file__).resolve().parents[2] / "shared"
+    if not folder.is_dir():
+        pytest.skip(f"needs real data in {folder.parent.name}/{folder.name}, which is not on this machine")
+    return folder

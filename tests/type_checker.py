@@ -1,0 +1,5 @@
+"""The run-time checker of shapes and types that the tests switch on: an `int` is a `float`, as type checkers have it."""
+
+from beartype import BeartypeConf, beartype
+
+check = beartype(conf=BeartypeConf(is_pep484_tower=True))
