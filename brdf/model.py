@@ -47,6 +47,7 @@ class AbstractBRDF(eqx.Module):
 
         Shape (3,), linear Rec. 709; zero where either direction is below the horizon.
         """
+        wi, wo = jnp.asarray(wi), jnp.asarray(wo)
         above = above_horizon(wi, wo)
         normal = jnp.array([0, 0, 1], wi.dtype)
         value = self.reflect(geometry(jnp.where(above, wi, normal), jnp.where(above, wo, normal)))

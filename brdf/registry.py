@@ -8,6 +8,7 @@ import importlib
 import inspect
 import pathlib
 from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 from .errors import UserError
 from .model import AbstractBRDF, Sum
@@ -22,7 +23,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
     return (f"Did you mean `{close[0]}`? " if close else "") + "Known: " + ", ".join(known) + "."
 
 
-class _Models(Mapping[str, type[AbstractBRDF]]):
+class _Models(Mapping[str, type[Any]]):
     """Model name -> class; a model's file is imported when it is first asked for."""
 
     @functools.cached_property
@@ -35,7 +36,7 @@ class _Models(Mapping[str, type[AbstractBRDF]]):
     def __len__(self) -> int:
         return len(self._names)
 
-    def __getitem__(self, name: str) -> type[AbstractBRDF]:
+    def __getitem__(self, name: str) -> type[Any]:
         if name not in self._names:
             raise KeyError(name)
         module = importlib.import_module(f".models.{name}", __package__)

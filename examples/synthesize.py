@@ -27,8 +27,8 @@ THETA_I = (10, 30, 50, 70)
 
 def goniometer() -> np.ndarray:
     """Columns theta_i, theta_o, phi_o in degrees: 2.5-degree steps in the plane of incidence, 5 x 15 beside it."""
-    plane = [(i, o, p) for i in THETA_I for p in (0, 180) for o in np.arange(0, 80.1, 2.5)]
-    beside = [(i, o, p) for i in THETA_I for p in range(15, 180, 15) for o in np.arange(5, 80.1, 5)]
+    plane = [(i, o, p) for i in THETA_I for p in (0, 180) for o in np.arange(0, 78, 2.5)]
+    beside = [(i, o, p) for i in THETA_I for p in range(15, 180, 15) for o in np.arange(5, 76, 5)]
     return np.array(plane + beside)
 
 

@@ -12,24 +12,21 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .fit import fit as fit
+    from .fitting import fit as fit
     from .formats import read as read
     from .formats import write as write
     from .reflectance import Reflectance as Reflectance
     from .result import FitResult as FitResult
 
 # Public name -> module, imported on first use: the readers need no JAX, the fit does.
-_PUBLIC = {"FitResult": "result", "Reflectance": "reflectance", "fit": "fit", "read": "formats", "write": "formats"}
+_PUBLIC = {"FitResult": "result", "Reflectance": "reflectance", "fit": "fitting", "read": "formats", "write": "formats"}
 __all__ = sorted(_PUBLIC)  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def __getattr__(name: str) -> Any:
     if name not in _PUBLIC:
         raise AttributeError(f"module `fitter` has no attribute `{name}`")
-    value = getattr(importlib.import_module(f".{_PUBLIC[name]}", __name__), name)
-    # Importing the submodule `fit` binds the module to this name; the function is what is meant.
-    globals()[name] = value
-    return value
+    return getattr(importlib.import_module(f".{_PUBLIC[name]}", __name__), name)
 
 
 def __dir__() -> list[str]:

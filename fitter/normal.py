@@ -36,9 +36,10 @@ def normal_equations(
         chunk = samples.chunk(index)
 
         r, push = jax.linearize(lambda y: residual(unknowns.model(y), chunk), y)
-        columns = jnp.stack([push(t) for t in tangents]) if len(tangents) else jnp.zeros((0, *r.shape), y.dtype)
-        products = jnp.einsum("gcn,hcn->cgh", columns, columns)
-        slopes = jnp.einsum("gcn,cn->cg", columns, r)
+        columns = [push(tangent) for tangent in tangents]
+        # Sums of products, one by one: XLA fuses them, but hands a contraction of thin matrices to a slow routine.
+        products = _table([[jnp.sum(a * b, axis=1) for b in columns] for a in columns], y)
+        slopes = _table([[jnp.sum(a * r, axis=1)] for a in columns], y)[..., 0]
         return NormalEquations(
             total.cost + 0.5 * jnp.vdot(r, r),
             total.gradient + jnp.einsum("cgk,cg->k", places, slopes),
@@ -48,6 +49,12 @@ def normal_equations(
     k = unknowns.size
     start = NormalEquations(jnp.zeros((), y.dtype), jnp.zeros(k, y.dtype), jnp.zeros((k, k), y.dtype))
     return jax.lax.fori_loop(0, count, add, start)
+
+
+def _table(rows: list[list[Array]], y: Float[Array, " k"]) -> Float[Array, "3 rows columns"]:
+    if not rows:
+        return jnp.zeros((3, 0, 1), y.dtype)
+    return jnp.moveaxis(jnp.stack([jnp.stack(row) for row in rows]), -1, 0)
 
 
 def _directions(unknowns: Unknowns) -> tuple[np.ndarray, np.ndarray]:

@@ -118,7 +118,7 @@ class FitResult:
             f"[[Fit of {expression_of(self.brdf)}]]",
             f"    data          {self.data.source}",
             f"    samples       {self.samples} used, {sum(self.dropped.values())} left out{_reasons(self.dropped)}",
-            f"    loss          {self.loss}, theta <= {self.max_theta_deg:g} deg",
+            f"    loss          {self.loss}, theta < {self.max_theta_deg:g} deg",
             f"    status        {self.status}",
             f"    log error     mean {self.errors['log_mae']:.5f}, rms {self.errors['log_rms']:.5f}"
             "  (of log(1 + f cos_i); 0.01 is about 1 % where f is large)",

@@ -27,6 +27,10 @@ from .normal import NormalEquations
 _DAMPING_MAX = 1e12
 _DAMPING_MIN = 1e-12
 _SHRINK_MIN = 0.02
+# A rank-one update whose denominator is a smaller share than this of its factors is skipped as unsafe.
+_PRODUCT_MIN = 1e-8
+# A matrix whose smallest pivot, scaled, is below this is not used for a Newton step.
+_PIVOT_MIN = 1e-10
 # Rounds of solving and putting on a bound what a step would carry past it.
 _ROUNDS = 3
 # A diagonal element below this share of the largest one counts as zero when steps are scaled by the diagonal.
@@ -35,6 +39,7 @@ _DIAGONAL_MIN = 1e-14
 
 class _State(NamedTuple):
     equations: NormalEquations
+    curvature: Float[Array, "k k"]
     damping: Float[Array, ""]
     growth: Float[Array, ""]
     done: Bool[Array, ""]
@@ -76,12 +81,17 @@ class BoundedLevenbergMarquardt(optx.AbstractLeastSquaresSolver):
         equations = self._equations(fn, y, args)
         one = jnp.ones((), y.dtype)
         failed = ~jnp.isfinite(equations.cost)
-        return _State(equations, self.damping * one, 2 * one, equations.cost <= self.atol, failed)
+        curvature = jnp.zeros_like(equations.hessian)
+        return _State(equations, curvature, self.damping * one, 2 * one, equations.cost <= self.atol, failed)
 
     def step(self, fn, y, args, options, state, tags):
         lower, upper = _bounds(y, options)
         equations = state.equations
-        delta, decrease = bounded_step(equations, y, lower, upper, state.damping)
+        full = equations._replace(hessian=equations.hessian + state.curvature)
+        newton = bounded_step(full, y, lower, upper, state.damping)
+        gauss = bounded_step(equations, y, lower, upper, state.damping)
+        convex = is_positive(full.hessian)
+        delta, decrease = jax.tree.map(lambda a, b: jnp.where(convex, a, b), newton, gauss)
         # The last step would change nothing: spare its evaluation.
         stalled = (decrease >= 0) & (decrease <= self.rtol * equations.cost)
         trial = jax.lax.cond(stalled, lambda: equations, lambda: self._equations(fn, y + delta, args))
@@ -92,9 +102,10 @@ class BoundedLevenbergMarquardt(optx.AbstractLeastSquaresSolver):
         shrink = jnp.clip(1 - (2 * ratio - 1) ** 3, _SHRINK_MIN, 2.0)
         damping = jnp.where(accepted, jnp.maximum(state.damping * shrink, _DAMPING_MIN), state.damping * state.growth)
         new = jax.tree.map(lambda a, b: jnp.where(accepted, a, b), trial, equations)
+        curvature = jnp.where(accepted, _curvature(state.curvature, equations, trial, delta), state.curvature)
         done = stalled | (new.cost <= self.atol) | (damping > _DAMPING_MAX)
         growth = jnp.where(accepted, 2.0, 2 * state.growth)
-        return y + jnp.where(accepted, delta, 0.0), _State(new, damping, growth, done, state.failed), None
+        return y + jnp.where(accepted, delta, 0.0), _State(new, curvature, damping, growth, done, state.failed), None
 
     def terminate(self, fn, y, args, options, state, tags):
         result = optx.RESULTS.where(state.failed, optx.RESULTS.nonfinite, optx.RESULTS.successful)
@@ -102,6 +113,33 @@ class BoundedLevenbergMarquardt(optx.AbstractLeastSquaresSolver):
 
     def postprocess(self, fn, y, aux, args, options, state, tags, result):
         return y, aux, {}
+
+
+def _curvature(
+    curvature: Float[Array, "k k"], old: NormalEquations, new: NormalEquations, delta: Float[Array, " k"]
+) -> Float[Array, "k k"]:
+    """The part of the Hessian that J^T J leaves out, from the change of the gradient (symmetric rank one)."""
+    missing = new.gradient - old.gradient - (new.hessian + curvature) @ delta
+    product = jnp.vdot(missing, delta)
+    usable = jnp.abs(product) > _PRODUCT_MIN * jnp.linalg.norm(missing) * jnp.linalg.norm(delta)
+    return curvature + jnp.where(usable, jnp.outer(missing, missing) / jnp.where(usable, product, 1.0), 0.0)
+
+
+def is_positive(matrix: Float[Array, "k k"]) -> Bool[Array, ""]:
+    """Whether a symmetric matrix is positive definite, by its pivots relative to its diagonal."""
+    diagonal = jnp.diagonal(matrix)
+    root = 1 / jnp.sqrt(jnp.maximum(diagonal, jnp.finfo(matrix.dtype).tiny))
+
+    def eliminate(index: Array, state: tuple[Array, Array]) -> tuple[Array, Array]:
+        matrix, smallest = state
+        pivot = matrix[index, index]
+        row = matrix[index] / jnp.where(pivot == 0, 1.0, pivot)
+        matrix = matrix - jnp.outer(jnp.where(jnp.arange(len(row)) > index, matrix[:, index], 0.0), row)
+        return matrix, jnp.minimum(smallest, pivot)
+
+    scaled = matrix * root[:, None] * root[None, :]
+    smallest = jax.lax.fori_loop(0, len(diagonal), eliminate, (scaled, jnp.ones((), matrix.dtype)))[1]
+    return (smallest > _PIVOT_MIN) & jnp.all(diagonal > 0)
 
 
 def _bounds(y: Array, options: dict[str, Any]) -> tuple[Array, Array]:
@@ -136,12 +174,11 @@ def bounded_step(
         delta = jnp.clip(y + delta, lower, upper) - y
         held = held | outside
     decrease = _decrease(equations, delta)
-    # Cutting can spoil a step. A projected gradient step of length 1 / k, scaled by the diagonal, never goes uphill,
-    # since no eigenvalue of a k x k matrix with unit diagonal exceeds k.
-    safe = jnp.clip(y - gradient / (y.size * scale), lower, upper) - y
-    safe_decrease = _decrease(equations, safe)
-    use = decrease > safe_decrease
-    return jnp.where(use, delta, safe), jnp.where(use, decrease, safe_decrease)
+    # Cutting can spoil a step. A projected gradient step, scaled by the diagonal and shorter than 1 / k, never goes
+    # uphill, since no eigenvalue of a k x k matrix with unit diagonal exceeds k.
+    safe = jnp.clip(y - gradient / ((y.size + damping) * scale), lower, upper) - y
+    use = decrease > 0
+    return jnp.where(use, delta, safe), jnp.where(use, decrease, _decrease(equations, safe))
 
 
 def _decrease(equations: NormalEquations, delta: Float[Array, " k"]) -> Float[Array, ""]:

@@ -27,3 +27,16 @@ def shared() -> pathlib.Path:
     if not folder.is_dir():
         pytest.skip(f"needs real data in {folder.parent.name}/{folder.name}, which is not on this machine")
     return folder
+
+
+@pytest.fixture(scope="session")
+def gl():
+    """The OpenGL context; skips, saying what was tried, where there is none."""
+    from shaders.context import describe
+
+    found = describe()
+    if not found["available"]:
+        pytest.skip(f"needs OpenGL 4.3: {found['problem']}")
+    from shaders.context import device
+
+    return device().ctx

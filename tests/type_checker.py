@@ -1,4 +1,4 @@
-"""The run-time checker of shapes and types that the tests switch on: an `int` is a `float`, as type checkers have it."""
+"""The run-time checker of shapes and types that the tests switch on: an `int` passes as a `float`."""
 
 from beartype import BeartypeConf, beartype
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     "--fix", multiple=True, metavar="NAME=VALUE", help="Hold a parameter or choice: alpha=0.2, ggx.f0=1,.9,.8"
 )
 @click.option("--loss", default="log", show_default=True, help="What is minimised: log or log_squares.")
-@click.option("--max-theta-deg", default=80.0, show_default=True, help="Leave out samples beyond this polar angle.")
+@click.option("--max-theta-deg", default=80.0, show_default=True, help="Leave out samples from this polar angle on.")
 @click.option("--read", "read_options", multiple=True, metavar="NAME=VALUE", help="Option of the reader: cells=centre")
 @click.option("--plot", help="Where to draw measured, fitted and residual slices and lobes (.png, .pdf or .svg).")
 @options.as_json
@@ -60,7 +60,7 @@ def command(
         measured = read(data, chosen)
         say("loading JAX")
         options.cache_compilations()
-        from ..fit import fit
+        from ..fitting import fit
 
         result = fit(model, measured, fixed=fixed, loss=loss, max_theta_deg=max_theta_deg, progress=say)
         if output:

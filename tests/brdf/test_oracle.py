@@ -1,4 +1,4 @@
-"""Models and their terms against values that independent implementations computed in float64 (see the tables' README)."""
+"""Models and their terms against values that independent implementations computed in float64."""
 
 import jax
 import numpy as np

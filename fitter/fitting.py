@@ -59,7 +59,7 @@ def fit(
     - `data`: a measurement, or the path of one.
     - `fixed`: parameters and static choices that are held, such as `{"alpha": 0.2, "ggx.masking": "smith"}`.
     - `loss`: `"log"` or `"log_squares"`, see `fitter.loss`.
-    - `max_theta_deg`: samples whose incident or outgoing polar angle is beyond this, in degrees (0, 90], are left out:
+    - `max_theta_deg`: samples whose incident or outgoing polar angle is this or more, in degrees (0, 90], are left out:
       measurements at grazing angles are seldom reliable.
     - `progress`: called with a sentence at the beginning of each stage.
 
@@ -108,14 +108,14 @@ def fit(
 def _cut(data: Reflectance, max_theta_deg: float) -> Reflectance:
     if not 0 < max_theta_deg <= 90:
         raise UserError(f"`max_theta_deg = {max_theta_deg}` is outside (0, 90]. Its default is 80.")
-    # Rounding must not decide about samples that lie exactly at the limit.
-    limit = math.cos(math.radians(max_theta_deg)) - 1e-12
-    keep = (data.wi[:, 2] >= limit) & (data.wo[:, 2] >= limit)
+    # Samples exactly at the limit are left out, and rounding must not decide about them.
+    limit = math.cos(math.radians(max_theta_deg)) + 1e-12
+    keep = (data.wi[:, 2] > limit) & (data.wo[:, 2] > limit)
     if not keep.any():
         raise UserError(
             f"{data.source}: every sample lies beyond `max_theta_deg = {max_theta_deg:g}`. Raise it, at most to 90."
         )
-    return data if keep.all() else data.select(keep, f"theta beyond {max_theta_deg:g} deg")
+    return data if keep.all() else data.select(keep, f"theta >= {max_theta_deg:g} deg")
 
 
 @dataclasses.dataclass(frozen=True)

@@ -1,0 +1,95 @@
+"""Light from all around: a picture by direction. This file fixes the orientation; everything else follows it.
+
+**Orientation.** y is up. Row 0 of the picture is the zenith (+y), the last row the nadir. The direction (x, y, z) is
+found at
+
+    u = 0.5 + atan2(x, -z) / (2 pi)      v = acos(y) / pi
+
+so a camera that looks along -z sees the picture's centre, upright and not mirrored, with +x (u = 0.75) on its right.
+Texels have their centres at half integers; between them radiance is interpolated linearly, around in u and not beyond
+the poles in v. A scene's `rotation` turns the environment about +y, counter-clockwise seen from above.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import pathlib
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brdf.errors import FileError, UserError
+from brdf.registry import nearest
+
+from .exr import read_exr
+from .radiance_hdr import read_hdr
+from .studio import studio
+
+# The largest picture that is read: 16384 x 8192 texels, 1.6 GB in float32. The common 8k is a quarter of it.
+_WIDTH_MAX = 16384
+# float16's largest value stands in for infinity.
+_RADIANCE_MAX = 65504.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Environment:
+    """Radiance by direction.
+
+    - `pixels`: shape (h, w, 3), float32, linear Rec. 709, finite and not negative; oriented as this file says.
+    - `name`: the built-in name or the file.
+    - `clamped`: how many values of the file were negative, NaN or infinite and have been clamped.
+    """
+
+    pixels: NDArray[np.float32]
+    name: str
+    clamped: int = 0
+
+
+def _furnace() -> NDArray[np.float32]:
+    return np.ones((16, 32, 3), np.float32)
+
+
+BUILT_IN = {"furnace": _furnace, "studio": studio}
+_READERS = {".exr": read_exr, ".hdr": read_hdr}
+
+
+def load_environment(name: str | os.PathLike[str]) -> Environment:
+    """The environment of a name: a built-in one (`studio`, `furnace`) or a `.hdr` or `.exr` file.
+
+    **Arguments:**
+
+    - `name`: a key of `BUILT_IN`, or the path of a latitude-longitude picture, twice as wide as high.
+
+    **Returns:** the `Environment`, with negative and NaN values set to 0, infinite ones to 65504, and counted.
+
+    Raises `UserError` for a name that is neither, `brdf.errors.FileError` for a file that cannot be used.
+    """
+    text = os.fspath(name)
+    if text in BUILT_IN:
+        return Environment(BUILT_IN[text](), text)
+    suffix = pathlib.Path(text).suffix.lower()
+    if suffix not in _READERS:
+        raise UserError(
+            f"`{text}` is neither a .hdr or .exr file nor a built-in environment. {nearest(text, BUILT_IN)}"
+        )
+    try:
+        pixels = _READERS[suffix](text, _WIDTH_MAX)
+    except OSError as error:
+        raise FileError(text, f"It cannot be read: {error.strerror}.", "Check the path and its permissions.") from None
+    height, width = pixels.shape[:2]
+    if abs(width - 2 * height) > 1:
+        raise FileError(
+            text,
+            f"It has `{width} x {height}` texels; a latitude-longitude picture is twice as wide as high.",
+            "Convert it to that projection.",
+        )
+    cleaned, clamped = _clean(pixels)
+    return Environment(cleaned, text, clamped)
+
+
+def _clean(pixels: NDArray[np.float32]) -> tuple[NDArray[np.float32], int]:
+    """Finite, non-negative radiance, and how many values were not."""
+    bad = ~(np.isfinite(pixels) & (pixels >= 0))
+    cleaned = np.clip(np.nan_to_num(pixels, nan=0.0, posinf=_RADIANCE_MAX, neginf=0.0), 0.0, None)
+    return np.ascontiguousarray(cleaned, np.float32), int(bad.sum())

@@ -1,0 +1,57 @@
+"""The GLSL twin of a model on a batch of directions: for parity tests, slices and `brdf evaluate --gpu`."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from brdf.errors import UserError
+from brdf.model import AbstractBRDF
+
+from .context import check, device
+from .material_block import BINDING, glsl, pack
+from .program import programs
+
+_GROUP = 64  # local_size_x in pass/evaluate.comp
+# Pairs per dispatch: 12 MB per buffer, and far below the 65535 groups that OpenGL guarantees.
+_CHUNK = 1 << 20
+
+
+def evaluate(model: AbstractBRDF, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.float32]:
+    """The values of a model as the preview computes them, in float32 on the GPU.
+
+    **Arguments:**
+
+    - `model`: any registered model or sum.
+    - `wi`, `wo`: shape (n, 3), unit, to the light and to the viewer, in the local frame with normal +z; n may be 0.
+
+    **Returns:**
+
+    Shape (n, 3), 1/sr, without the cosine, linear Rec. 709; zero below the horizon.
+
+    Raises `UserError` when the shapes are not (n, 3) twice, or when there is no OpenGL 4.3.
+    """
+    incident = np.ascontiguousarray(wi, np.float32)
+    outgoing = np.ascontiguousarray(wo, np.float32)
+    if incident.ndim != 2 or incident.shape[1] != 3 or incident.shape != outgoing.shape:
+        raise UserError(f"`wi {incident.shape}, wo {outgoing.shape}` must both be (n, 3). Pass one row per pair.")
+    values = np.empty_like(incident)
+    if len(incident) == 0:
+        return values
+    ctx = device().ctx
+    program = programs().compute("pass/evaluate.comp", {}, {"material": glsl(model)})
+    chunk = min(len(incident), _CHUNK)
+    block = ctx.buffer(pack(model))
+    buffers = [ctx.buffer(reserve=12 * chunk) for _ in range(3)]
+    block.bind_to_uniform_block(BINDING)
+    for binding, buffer in enumerate(buffers):
+        buffer.bind_to_storage_buffer(binding)
+    for start in range(0, len(incident), chunk):
+        pairs = min(chunk, len(incident) - start)
+        buffers[0].write(incident[start : start + pairs])
+        buffers[1].write(outgoing[start : start + pairs])
+        program["pairs"] = pairs
+        program.run(-(-pairs // _GROUP))
+        check(ctx, "evaluating a model")
+        values[start : start + pairs] = np.frombuffer(buffers[2].read(12 * pairs), np.float32).reshape(-1, 3)
+    return values

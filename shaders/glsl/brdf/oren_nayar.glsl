@@ -1,0 +1,65 @@
+// Oren and Nayar's rough diffuse reflector, full 1994 form with interreflection. The twin of this file is
+// brdf/models/oren_nayar.py, which holds the formula.
+//
+// - Oren, Nayar 1994, "Generalization of Lambert's Reflectance Model", section 4.4.
+//
+// Where both directions graze the surface, tan_beta and tan_mean are huge and their factors vanish: those are computed
+// here as differences that float32 holds.
+
+#include "common.glsl"
+#include "compensated.glsl"
+#include "elementary.glsl"
+
+// Smallest product of squared sines at which an azimuth is computed: below it both of its terms round to zero.
+const float OREN_NAYAR_SIN2_MIN = 1e-20;
+
+// 1 - sin(theta) of a direction, whose length may be off 1 by its rounding.
+float one_minus_sine(vec3 w, float sine) {
+    vec2 sin2 = add_compensated(two_product(w.x, w.x), two_product(w.y, w.y));
+    return ((1.0 - sin2.x) - sin2.y) / (1.0 + sine);
+}
+
+vec3 oren_nayar(oren_nayar_params m, Geometry g) {
+    vec3 rho = m.albedo;
+    float sigma2 = m.sigma * m.sigma;
+    float c1 = 1.0 - 0.5 * sigma2 / (sigma2 + 0.33);
+    float rough = 0.0;
+    float azimuth = 0.0;
+    if (g.sin2_i * g.sin2_o > OREN_NAYAR_SIN2_MIN) {
+        float sin_i = sqrt(g.sin2_i);
+        float sin_o = sqrt(g.sin2_o);
+        float sin_product = sin_i * sin_o;
+        float cos_dphi = clamp(g.dot_xy / sin_product, -1.0, 1.0);
+        // 1 - |cos| = sin^2 / (1 + |cos|), with the sine from the cross product.
+        float cross_xy = difference_of_products(g.wi.x, g.wo.y, g.wi.y, g.wo.x);
+        float sin_dphi = cross_xy / sin_product;
+        float one_minus_cos_dphi = sin_dphi * sin_dphi / (1.0 + abs(cos_dphi));
+
+        float theta_i = atan_quadrant(sin_i, g.cos_i);
+        float theta_o = atan_quadrant(sin_o, g.cos_o);
+        float alpha = max(theta_i, theta_o);
+        float beta = min(theta_i, theta_o);
+        float sin_alpha = max(sin_i, sin_o);
+        float tan_beta = min(sin_i, sin_o) / max(g.cos_i, g.cos_o);
+        float tan_mean = (sin_i + sin_o) / (g.cos_i + g.cos_o);
+        float ratio_beta = 2.0 * beta / PI;
+
+        float c2 = 0.45 * sigma2 / (sigma2 + 0.09);
+        if (cos_dphi < 0.0) {
+            // sin_alpha - ratio^3 = (1 - ratio^3) - (1 - sin_alpha)
+            float one_minus_ratio = 2.0 * atan_quadrant(max(g.cos_i, g.cos_o), min(sin_i, sin_o)) / PI;
+            float one_minus_cube = one_minus_ratio * (1.0 + ratio_beta + ratio_beta * ratio_beta);
+            float one_minus_sin_alpha = min(one_minus_sine(g.wi, sin_i), one_minus_sine(g.wo, sin_o));
+            c2 = c2 * (one_minus_cube - one_minus_sin_alpha);
+        } else {
+            c2 = c2 * sin_alpha;
+        }
+        float ratio_product = 4.0 * alpha * beta / (PI * PI);
+        float c3 = 0.125 * sigma2 / (sigma2 + 0.09) * ratio_product * ratio_product;
+        rough = cos_dphi * c2 * tan_beta + one_minus_cos_dphi * c3 * tan_mean;
+        azimuth = cos_dphi * ratio_beta * ratio_beta;
+    }
+    float bounce = 0.17 * sigma2 / (sigma2 + 0.13) * (1.0 - azimuth);
+    float direct = c1 + rough;
+    return rho / PI * max(direct + rho * bounce, 0.0);
+}

@@ -1,0 +1,152 @@
+"""From a model's declaration to its GLSL: parameter structs, uniform block and its bytes, the sum of the lobes.
+
+For `lambert+ggx` the generated text, which a shader includes as `"material"`, reads in essence:
+
+    #define GGX_MASKING_SMITH 0
+    #define GGX_MASKING_SMITH_SEPARABLE 1
+    struct lambert_params { vec3 albedo; };
+    struct ggx_params { vec3 f0; float alpha; int masking; };
+    #include "brdf/lambert.glsl"
+    #include "brdf/ggx.glsl"
+    layout(std140, binding = 0) uniform Material { vec3 lambert_albedo; vec3 ggx_f0; float ggx_alpha; };
+    vec3 lobes(Geometry g) { ... lambert(...) + ggx(ggx_params(ggx_f0, ggx_alpha, GGX_MASKING_SMITH), g) ... }
+    vec3 brdf(vec3 wi, vec3 wo) { ... lobes(geometry(wi, wo)) ... }
+
+A static choice enters as a literal: two lobes of one model may choose differently, and the compiler removes what was
+not chosen. The values live in the block: a new value never compiles anything.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import struct
+
+import numpy as np
+
+from brdf.model import AbstractBRDF
+from brdf.parameter import Parameter, choices, parameters
+from brdf.registry import name_of, split
+
+# Where the block is bound.
+BINDING = 0
+# std140 base alignments and sizes in bytes (OpenGL 4.3, section 7.6.2.2): a vec3 is aligned like a vec4 but leaves the
+# fourth float to a following scalar.
+_ALIGNMENT = {"scalar": 4, "color": 16}
+_GLSL_TYPE = {"scalar": "float", "color": "vec3"}
+_BLOCK_ALIGNMENT = 16
+
+
+@dataclasses.dataclass(frozen=True)
+class Member:
+    """One value in the uniform block.
+
+    - `name`: lobe and parameter, as in `ggx_2_alpha`.
+    - `lobe`: the lobe's name in the sum, as in `ggx_2`.
+    - `parameter`: its declaration.
+    - `offset`: in bytes from the start of the block.
+    """
+
+    name: str
+    lobe: str
+    parameter: Parameter
+    offset: int
+
+
+def members(model: AbstractBRDF) -> tuple[Member, ...]:
+    """The uniform block of a model in std140 layout, lobes and parameters in their declared order."""
+    found: list[Member] = []
+    end = 0
+    for lobe_name, lobe in split(model).items():
+        for parameter in parameters(lobe):
+            alignment = _ALIGNMENT[parameter.kind]
+            offset = -(-end // alignment) * alignment
+            found.append(Member(f"{lobe_name}_{parameter.name}", lobe_name, parameter, offset))
+            end = offset + 4 * parameter.size
+    return tuple(found)
+
+
+def block_size(model: AbstractBRDF) -> int:
+    """The size of the uniform block in bytes, a multiple of 16; at least 16, since a buffer cannot be empty."""
+    end = max((member.offset + 4 * member.parameter.size for member in members(model)), default=0)
+    return max(-(-end // _BLOCK_ALIGNMENT) * _BLOCK_ALIGNMENT, _BLOCK_ALIGNMENT)
+
+
+def pack(model: AbstractBRDF) -> bytes:
+    """The uniform block's bytes for the values of a model, rounded to float32."""
+    block = bytearray(block_size(model))
+    lobes = split(model)
+    for member in members(model):
+        values = np.asarray(getattr(lobes[member.lobe], member.parameter.name), np.float32).reshape(-1)
+        struct.pack_into(f"={member.parameter.size}f", block, member.offset, *values.tolist())
+    return bytes(block)
+
+
+def slopes(model: AbstractBRDF) -> tuple[Member, ...]:
+    """The block members that are slopes of specular lobes: each gives the preview one way to sample light."""
+    return tuple(member for member in members(model) if member.parameter.slope)
+
+
+def glsl(model: AbstractBRDF) -> str:
+    """The generated text of a model; it depends on lobes and choices, never on values.
+
+    It defines `vec3 lobes(Geometry g)`, `vec3 brdf(vec3 wi, vec3 wo)` in 1/sr without the cosine, the macro
+    `PROPOSALS`, the number of slopes, and `float proposal_slope(int i)`.
+    """
+    lobes = split(model)
+    by_model = {name_of(lobe): lobe for lobe in lobes.values()}
+    lines: list[str] = []
+    for name, lobe in by_model.items():
+        lines += _defines(name, lobe)
+        lines.append(_params_struct(name, lobe))
+        lines.append(f'#include "brdf/{name}.glsl"')
+    lines.append(_block(model))
+    calls = [f"{name_of(lobe)}({_params_value(name, lobe)}, g)" for name, lobe in lobes.items()]
+    lines += ["vec3 lobes(Geometry g) {", f"    vec3 total = {calls[0]};"]
+    lines += [f"    total = total + {call};" for call in calls[1:]]
+    lines += ["    return total;", "}"]
+    lines += [
+        "vec3 brdf(vec3 wi, vec3 wo) {",
+        "    if (!above_horizon(wi, wo)) {",
+        "        return vec3(0.0);",
+        "    }",
+    ]
+    lines += ["    return lobes(geometry(wi, wo));", "}"]
+    lines += _proposals(model)
+    return "\n".join(lines) + "\n"
+
+
+def _define(model_name: str, choice_name: str, option: str) -> str:
+    return f"{model_name}_{choice_name}_{option}".upper()
+
+
+def _defines(name: str, lobe: AbstractBRDF) -> list[str]:
+    return [
+        f"#define {_define(name, choice.name, option)} {number}"
+        for choice in choices(lobe)
+        for number, option in enumerate(choice.options)
+    ]
+
+
+def _params_struct(name: str, lobe: AbstractBRDF) -> str:
+    fields = [f"{_GLSL_TYPE[parameter.kind]} {parameter.name};" for parameter in parameters(lobe)]
+    fields += [f"int {choice.name};" for choice in choices(lobe)]
+    return f"struct {name}_params {{ {' '.join(fields)} }};"
+
+
+def _params_value(lobe_name: str, lobe: AbstractBRDF) -> str:
+    values = [f"{lobe_name}_{parameter.name}" for parameter in parameters(lobe)]
+    values += [_define(name_of(lobe), choice.name, getattr(lobe, choice.name)) for choice in choices(lobe)]
+    return f"{name_of(lobe)}_params({', '.join(values)})"
+
+
+def _block(model: AbstractBRDF) -> str:
+    fields = [f"{_GLSL_TYPE[member.parameter.kind]} {member.name};" for member in members(model)]
+    return f"layout(std140, binding = {BINDING}) uniform Material {{ {' '.join(fields)} }};" if fields else ""
+
+
+def _proposals(model: AbstractBRDF) -> list[str]:
+    """The slopes as a chain of comparisons, which a compiler folds when the loop over them is unrolled."""
+    names = [member.name for member in slopes(model)]
+    lines = [f"#define PROPOSALS {len(names)}", "float proposal_slope(int i) {"]
+    lines += [f"    if (i == {number}) {{ return {name}; }}" for number, name in enumerate(names[:-1])]
+    return [*lines, f"    return {names[-1] if names else '1.0'};", "}"]

@@ -1,0 +1,28 @@
+"""From the linear picture to one for displays: Khronos PBR Neutral and sRGB."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import moderngl
+
+from ..frame import UNITS, Frame
+from ..plan import Pass
+from ..scene import Scene
+
+
+def declare(scene: Scene) -> Pass:
+    enabled = scene.tone_map == "neutral"
+    return Pass("tone_map", reads=frozenset({"linear"}), writes=frozenset({"display"}), enabled=enabled)
+
+
+def prepare(frame: Frame) -> Callable[[int], None]:
+    program = frame.programs.graphics("pass/full_screen.vert", "pass/tone_map.frag", {}, {})
+
+    def draw(number: int) -> None:
+        frame.ctx.enable_only(moderngl.NOTHING)
+        frame.bind_picture("linear")
+        program["linear"] = UNITS["linear"]
+        frame.draw_full_screen("display", program)
+
+    return draw

@@ -1,0 +1,86 @@
+"""What is to be seen: plain data, without OpenGL."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Literal
+
+from brdf.errors import UserError
+from brdf.model import AbstractBRDF
+
+from .environment import Environment, load_environment
+from .mesh import Mesh, sphere
+
+_SIZE_MAX = 16384
+_SAMPLES_MAX = 1 << 20
+_EXPOSURE_MAX = 64.0
+
+Vector = tuple[float, float, float]
+ToneMap = Literal["none", "neutral"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Camera:
+    """A perspective camera; the default one sees the unit sphere in 80 % of the picture's height.
+
+    - `position`, `target`, `up`: world space, y up.
+    - `vertical_fov`: radians, in (0, pi).
+    """
+
+    position: Vector = (0.0, 0.0, 4.77)
+    target: Vector = (0.0, 0.0, 0.0)
+    up: Vector = (0.0, 1.0, 0.0)
+    vertical_fov: float = math.radians(30)
+
+
+@dataclasses.dataclass(frozen=True)
+class Part:
+    """A mesh and what it is made of."""
+
+    material: AbstractBRDF
+    mesh: Mesh = dataclasses.field(default_factory=sphere)
+
+
+@dataclasses.dataclass(frozen=True)
+class Scene:
+    """Everything that decides a picture.
+
+    - `parts`: at least one; their models may differ.
+    - `environment`: the light, and the sky behind the meshes.
+    - `rotation`: of the environment about +y in radians, counter-clockwise seen from above.
+    - `camera`: the viewer.
+    - `exposure`: in stops: the linear picture is multiplied by `2 ** exposure`.
+    - `width`, `height`: in pixels.
+    - `samples`: directions of light per pixel, all densities and frames together; rounded up.
+    - `sky`: whether the environment is seen; without it the picture has a fourth channel, the coverage.
+    - `tone_map`: `"neutral"` adds a picture for displays (Khronos PBR Neutral, sRGB), `"none"` does not.
+
+    Raises `UserError` when a number is outside its range.
+    """
+
+    parts: tuple[Part, ...]
+    environment: Environment = dataclasses.field(default_factory=lambda: load_environment("studio"))
+    rotation: float = 0.0
+    camera: Camera = Camera()
+    exposure: float = 0.0
+    width: int = 512
+    height: int = 512
+    samples: int = 384
+    sky: bool = True
+    tone_map: ToneMap = "neutral"
+
+    def __post_init__(self) -> None:
+        if not self.parts:
+            raise UserError("`parts = ()` draws nothing. Pass at least one `Part`.")
+        for name, value in (("width", self.width), ("height", self.height)):
+            if not 1 <= value <= _SIZE_MAX:
+                raise UserError(f"`{name} = {value}` is outside [1, {_SIZE_MAX}] pixels. Choose a size in between.")
+        if not 1 <= self.samples <= _SAMPLES_MAX:
+            raise UserError(f"`samples = {self.samples}` is outside [1, {_SAMPLES_MAX}]. 384 is the default.")
+        if not abs(self.exposure) <= _EXPOSURE_MAX:
+            raise UserError(f"`exposure = {self.exposure}` stops is outside [-64, 64]. One stop doubles the light.")
+        if not math.isfinite(self.rotation):
+            raise UserError(f"`rotation = {self.rotation}` is not an angle. Pass radians.")
+        if not 0 < self.camera.vertical_fov < math.pi:
+            raise UserError(f"`vertical_fov = {self.camera.vertical_fov}` is outside (0, pi). Pass radians.")

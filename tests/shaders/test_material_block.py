@@ -1,0 +1,84 @@
+"""The uniform block: its bytes are where GLSL reads them. Oracle: a shader that reads every member back."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import struct
+from typing import Any
+
+import numpy as np
+import pytest
+
+import brdf
+from brdf.model import AbstractBRDF
+from brdf.parameter import choices, parameters
+from brdf.registry import combine, lobe_models, split
+from shaders.material_block import BINDING, block_size, glsl, members, pack, slopes
+
+EXPRESSIONS = [*brdf.MODELS, "lambert+ggx", "oren_nayar+beckmann+ggx", "ggx+ggx+lambert+oren_nayar+ggx"]
+
+
+def _with_distinct_values(expression: str) -> AbstractBRDF:
+    """A model in which no two numbers are equal; they need not be inside any bounds here."""
+    counter = itertools.count(1)
+    lobes: dict[str, AbstractBRDF] = {}
+    for name, lobe in split(brdf.build(expression)).items():
+        values: dict[str, Any] = {}
+        for parameter in parameters(lobe):
+            numbers = [0.5 + next(counter) for _ in range(parameter.size)]
+            values[parameter.name] = np.array(numbers) if parameter.kind == "color" else numbers[0]
+        lobes[name] = dataclasses.replace(lobe, **values)
+    return combine(lobes)
+
+
+@pytest.mark.parametrize("expression", EXPRESSIONS)
+def test_members_neither_overlap_nor_cross_a_vec4(expression: str):
+    model = brdf.build(expression)
+    end = 0
+    for member in members(model):
+        assert member.offset >= end
+        assert member.offset // 16 == (member.offset + 4 * member.parameter.size - 1) // 16
+        end = member.offset + 4 * member.parameter.size
+    assert len(pack(model)) == block_size(model) >= end
+    assert block_size(model) % 16 == 0
+
+
+@pytest.mark.gpu
+@pytest.mark.parametrize("expression", EXPRESSIONS)
+def test_glsl_reads_every_member_back(expression: str):
+    from shaders.context import check, device
+    from shaders.program import Programs
+
+    model = _with_distinct_values(expression)
+    reads: list[str] = []
+    for member in members(model):
+        parts = [f".{axis}" for axis in "xyz"] if member.parameter.kind == "color" else [""]
+        reads += [f"{member.name}{part}" for part in parts]
+    body = "".join(f"    found[{number}] = {read};\n" for number, read in enumerate(reads))
+    text = (
+        "layout(local_size_x = 1) in;\nlayout(std430, binding = 0) writeonly buffer Found { float found[]; };\n"
+        f"{glsl(model)}void main() {{\n{body}}}\n"
+    )
+    ctx = device().ctx
+    program = Programs(ctx).compute("text", {}, {"text": text})
+    found, block = ctx.buffer(reserve=4 * len(reads)), ctx.buffer(pack(model))
+    found.bind_to_storage_buffer(0)
+    block.bind_to_uniform_block(BINDING)
+    program.run(1)
+    check(ctx, "reading a block back")
+    assert struct.unpack(f"={len(reads)}f", found.read()) == tuple(0.5 + number for number in range(1, len(reads) + 1))
+
+
+def test_the_text_depends_on_choices_and_not_on_values():
+    ggx = brdf.MODELS["ggx"]
+    option = choices(ggx)[0].options[1]
+    assert glsl(ggx(alpha=0.1)) == glsl(ggx(alpha=0.9))
+    assert glsl(ggx()) != glsl(ggx(masking=option))
+
+
+def test_slopes_follow_from_the_declaration():
+    found = [member.name for member in slopes(brdf.build("lambert+ggx+beckmann+ggx"))]
+    assert found == ["ggx_alpha", "beckmann_alpha", "ggx_2_alpha"]
+    assert slopes(brdf.build("oren_nayar")) == ()
+    assert list(lobe_models("ggx+ggx")) == ["ggx", "ggx_2"]
