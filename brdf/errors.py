@@ -6,7 +6,12 @@ import os
 
 
 class UserError(ValueError):
-    """Something the user can mend: the message names the offending value, the rule and the remedy."""
+    """Something the user can mend: the message names the offending value, the rule and the remedy.
+
+    `exit_status` is the command line's: 2 for wrong usage, 1 for what failed all the same.
+    """
+
+    exit_status = 2
 
 
 class FileError(UserError):
@@ -18,6 +23,8 @@ class FileError(UserError):
     - `problem`: what is wrong and where in the file (byte, line, field, key), one sentence.
     - `remedy`: what to do about it, one sentence.
     """
+
+    exit_status = 1
 
     def __init__(self, path: str | os.PathLike[str], problem: str, remedy: str):
         self.path = os.fspath(path)

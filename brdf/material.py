@@ -11,6 +11,7 @@ one number (grey); what is left out has its default.
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import json
 import math
 import os
@@ -26,6 +27,7 @@ from .model import AbstractBRDF
 from .parameter import Choice, Parameter, choices, parameters
 from .registry import MODELS, combine, expression_of, lobe_models, nearest, split
 
+_KEYS = ("model", "parameters", "provenance")
 # A material file holds a few numbers and their provenance; anything beyond this is another kind of file.
 _SIZE_MAX = 16 * 2**20
 
@@ -69,11 +71,12 @@ def check_parameter(value: Any, parameter: Parameter, where: str) -> float | lis
 
     **Arguments:**
 
-    - `value`: a number, or three for a colour (one number means grey).
+    - `value`: a number, or three for a colour (one number means grey); plain or NumPy.
     - `parameter`: the declaration.
     - `where`: the lobe's name, for the message.
     """
     name = f"{where}.{parameter.name}"
+    value = value.tolist() if isinstance(value, np.ndarray | np.generic) else value
     numbers = list(value) if isinstance(value, list | tuple) else [value]
     if any(isinstance(x, bool) or not isinstance(x, int | float) for x in numbers):
         raise UserError(f"`{name} = {value}` is not numeric. Give {_shape(parameter)}.")
@@ -113,6 +116,10 @@ def from_dict(data: Any) -> Material:
         raise UserError("A material is a JSON object with the keys `model` and `parameters`.")
     if not isinstance(data.get("model"), str):
         raise UserError('The key `model` is missing or not a string. Write for example `"model": "lambert+ggx"`.')
+    for key in data:
+        close = difflib.get_close_matches(str(key), _KEYS, 1, 0.7)
+        if key not in _KEYS and close:
+            raise UserError(f"`{key}` is not a key of a material. Did you mean `{close[0]}`?")
     lobes = lobe_models(data["model"])
     given = data.get("parameters", {})
     if not isinstance(given, Mapping):
@@ -152,13 +159,17 @@ def load_material(path: str | os.PathLike[str]) -> Material:
     try:
         if file.stat().st_size > _SIZE_MAX:
             raise FileError(path, f"It is larger than {_SIZE_MAX >> 20} MiB.", "A material is a small JSON file.")
-        data = json.loads(file.read_text(encoding="utf-8"))
+        data = json.loads(file.read_text(encoding="utf-8-sig"), object_pairs_hook=_once)
+    except FileError:
+        raise
     except OSError as error:
         raise FileError(path, f"It cannot be read: {error.strerror}.", "Check the path and its permissions.") from None
     except UnicodeDecodeError as error:
         remedy = "A material is a JSON file; a measurement goes to `brdf fit` first."
         raise FileError(path, f"It is not text (byte {error.start}).", remedy) from None
-    except (json.JSONDecodeError, RecursionError) as error:
+    except (json.JSONDecodeError, RecursionError, ValueError) as error:
+        if isinstance(error, UserError):
+            raise FileError(path, str(error), "") from None
         place = f" (line {error.lineno}: {error.msg})" if isinstance(error, json.JSONDecodeError) else ""
         remedy = "A material is written by `brdf fit -o material.json`."
         raise FileError(path, f"It is not valid JSON{place}.", remedy) from None
@@ -168,6 +179,15 @@ def load_material(path: str | os.PathLike[str]) -> Material:
         raise
     except UserError as error:
         raise FileError(path, str(error), "`brdf models` lists models and parameters.") from None
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A JSON object, unless a key stands in it twice."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        keys = [key for key, _ in pairs]
+        raise UserError(f"`{next(key for key in keys if keys.count(key) > 1)}` stands twice. Remove one of the two.")
+    return found
 
 
 def save_material(material: Material, path: str | os.PathLike[str], force: bool = False) -> None:

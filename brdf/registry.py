@@ -13,13 +13,14 @@ from typing import Any
 from .errors import UserError
 from .model import AbstractBRDF, Sum
 
+_LOBES_MAX = 6
 _FOLDER = pathlib.Path(__file__).parent / "models"
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
     """A sentence part that names the nearest known name and all known names, for an error message."""
     known = list(known)
-    close = difflib.get_close_matches(name, known, 1, 0.5)
+    close = difflib.get_close_matches(name.lower(), known, 1, 0.5)
     return (f"Did you mean `{close[0]}`? " if close else "") + "Known: " + ", ".join(known) + "."
 
 
@@ -60,7 +61,12 @@ def lobe_models(expression: str) -> dict[str, str]:
     """
     lobes: dict[str, str] = {}
     counts: dict[str, int] = {}
-    for name in (part.strip() for part in expression.split("+")):
+    names = [part.strip() for part in expression.split("+")]
+    if len(names) > _LOBES_MAX:
+        raise UserError(
+            f"`{expression}` has {len(names)} lobes. At most {_LOBES_MAX} can be told apart in a measurement."
+        )
+    for name in names:
         if name not in MODELS:
             raise UserError(f"`{name}` in `{expression}` is not a model. {nearest(name, MODELS)}")
         counts[name] = counts.get(name, 0) + 1

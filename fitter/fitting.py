@@ -24,21 +24,21 @@ from brdf.registry import build, nearest
 from .formats import read
 from .identify import certainty
 from .loss import LOSSES, Samples, arrange, difference
-from .normal import NormalEquations, normal_equations
+from .normal import NormalEquations, normal_equations, score_products
 from .reflectance import Reflectance
 from .result import FitResult
 from .solver import BoundedLevenbergMarquardt
 from .start import candidates, scan
 from .unknowns import Unknowns, choose
 
-# How many starts are refined on the first chunk; the best one goes on to all samples.
+# How many starts are refined on the first chunk, a random subset; the best one goes on to all samples.
 _STARTS = 3
 _MAX_STEPS = 200
 # A step that would lower the cost by a smaller share is not worth its evaluation: for a million samples it moves no
 # parameter by more than a fiftieth of its standard error.
 _RTOL = 1e-10
-# Mean square of the residuals that counts as an exact fit: rounding of float64 values.
-_EXACT = 1e-30
+# Mean square of the residuals that counts as an exact fit: rounding of float64 values up to log(1 + 1e4).
+_EXACT = 1e-29
 
 
 def fit(
@@ -84,11 +84,13 @@ def fit(
         say(f"reading {os.fspath(data)}")
         data = read(data)
     data = _cut(data, max_theta_deg)
+    if not data.weight.all():
+        data = data.select(data.weight > 0, "weight 0")
     # The fit runs in float64 whatever the caller's setting: stopping tests of float32 sit in its rounding noise.
     with jax.enable_x64(True):
         solution = _run(unknowns, data, loss, say)
         y = np.asarray(solution.y)
-        sure = certainty(unknowns, y, solution.equations, 3 * len(data.value))
+        sure = certainty(unknowns, y, np.asarray(solution.hessian), np.asarray(solution.scores), len(data.value))
     return FitResult(
         brdf=unknowns.settled(y, sure.at_bound),
         initial=unknowns.settled(solution.start, np.zeros(len(y), bool)),
@@ -122,7 +124,8 @@ def _cut(data: Reflectance, max_theta_deg: float) -> Reflectance:
 class _Solution:
     y: Array
     start: np.ndarray
-    equations: NormalEquations
+    hessian: Array
+    scores: Array
     errors: dict[str, float]
     converged: bool
     status: str
@@ -138,27 +141,39 @@ def _run(unknowns: Unknowns, data: Reflectance, loss: str, say: Callable[[str], 
     rows = candidates(unknowns)
     say(f"trying {len(rows)} starts")
     refined, costs = scan(unknowns, jnp.asarray(rows), samples, lower, upper)
-    order = np.argsort(np.asarray(costs))[: _STARTS if unknowns.free else 1]
+    order = np.argsort(np.asarray(costs))[:_STARTS]
     starts = [refined[index] for index in order]
-    if chunks > 1 and unknowns.free:
-        say("fitting a subset")
-        coarse = [_solve(unknowns, samples, jnp.asarray(1), y, lower, upper) for y in starts]
-        y = min(coarse, key=lambda solution: float(solution.state.equations.cost)).value
-    else:
-        y = starts[0]
-    start = np.asarray(starts[0])
-    say(f"fitting {len(data.value)} samples")
     count = jnp.asarray(chunks)
-    if unknowns.free:
-        solution = _solve(unknowns, samples, count, y, lower, upper)
-        y, equations, result = solution.value, solution.state.equations, solution.result
+    if not unknowns.free:
+        equations = normal_equations(unknowns, starts[0], samples, count)
+        return _judge(unknowns, starts[0], starts[0], equations, samples, count, optx.RESULTS.successful, 0)
+    say("fitting a subset")
+    coarse = [_solve(unknowns, samples, jnp.asarray(1), y, lower, upper) for y in starts]
+    best = int(np.argmin([float(solution.state.equations.cost) for solution in coarse]))
+    solution, steps = coarse[best], int(coarse[best].stats["num_steps"])
+    if chunks > 1:
+        say(f"fitting {len(data.value)} samples")
+        solution = _solve(unknowns, samples, count, solution.value, lower, upper)
         steps = int(solution.stats["num_steps"])
-    else:
-        equations, result, steps = normal_equations(unknowns, y, samples, count), optx.RESULTS.successful, 0
+    equations = solution.state.equations
+    return _judge(unknowns, starts[best], solution.value, equations, samples, count, solution.result, steps)
+
+
+def _judge(
+    unknowns: Unknowns,
+    start: Array,
+    y: Array,
+    equations: NormalEquations,
+    samples: Samples,
+    count: Int[Array, ""],
+    result: optx.RESULTS,
+    steps: int,
+) -> _Solution:
     errors = {name: float(value) for name, value in _errors(unknowns, y, samples, count).items()}
     errors["cost"] = float(equations.cost)
     converged, status = _status(result, steps)
-    return _Solution(y, start, equations, errors, converged, status, steps)
+    scores = eqx.filter_jit(score_products)(unknowns, y, samples, count)
+    return _Solution(y, np.asarray(start), equations.hessian, scores, errors, converged, status, steps)
 
 
 @eqx.filter_jit
@@ -204,10 +219,15 @@ def _errors(unknowns: Unknowns, y: Float[Array, " k"], samples: Samples, count: 
 
 def _status(result: optx.RESULTS, steps: int) -> tuple[bool, str]:
     if result == optx.RESULTS.successful:
-        return True, f"Converged in {steps} steps."
+        return True, f"Converged in {steps} step{'' if steps == 1 else 's'}."
     if result == optx.RESULTS.nonlinear_max_steps_reached:
         return False, (
             f"Stopped after {steps} steps, still improving: two parameters may trade off against each other. "
             "Fix one of them, or fit fewer lobes."
+        )
+    if result == optx.RESULTS.nonlinear_divergence:
+        return False, (
+            f"Stopped after {steps} steps: no step lowers the error, yet the slope is not zero. "
+            "Fix the parameters that trade off, or start from another model."
         )
     return False, "The model is not finite at the start. Check the values of the fixed parameters."

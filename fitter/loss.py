@@ -37,7 +37,7 @@ class Samples(eqx.Module):
 
     - `wi`, `wo`: shape (chunks, 3, CHUNK).
     - `target`: shape (chunks, 3, CHUNK), the compressed measurement (see `compress`).
-    - `root_weight`: shape (chunks, 1, CHUNK), the square root of each sample's weight.
+    - `root_weight`: shape (chunks, 1, CHUNK), the square root of each sample's weight over their mean.
     - `loss`: a key of `LOSSES`.
     """
 
@@ -82,7 +82,8 @@ def arrange(data: Reflectance, loss: str) -> Samples:
     def layout(array: np.ndarray) -> np.ndarray:
         return np.ascontiguousarray(array[padded].reshape(chunks, CHUNK, 3).transpose(0, 2, 1))
 
-    weight = np.sqrt(data.weight)[padded]
+    # Only the ratios of weights matter.
+    weight = np.sqrt(data.weight / data.weight.mean())[padded]
     weight[count:] = 0
     target = np.log1p(data.value * data.wi[:, 2:3])
     return Samples(layout(data.wi), layout(data.wo), layout(target), weight.reshape(chunks, 1, CHUNK), loss)

@@ -51,6 +51,27 @@ def normal_equations(
     return jax.lax.fori_loop(0, count, add, start)
 
 
+def score_products(
+    unknowns: Unknowns, y: Float[Array, " k"], samples: Samples, count: Int[Array, ""]
+) -> Float[Array, "k k"]:
+    """The sum over samples of the outer product of each sample's own gradient, its channels taken together.
+
+    Beside the Hessian it tells how far the solution scatters, whatever the distribution of the errors and however the
+    channels of a sample are correlated.
+    """
+    tangents, places = _directions(unknowns)
+
+    def add(index: Array, total: Float[Array, "k k"]) -> Float[Array, "k k"]:
+        chunk = samples.chunk(index)
+        r, push = jax.linearize(lambda y: residual(unknowns.model(y), chunk), y)
+        scores = jnp.zeros((unknowns.size, r.shape[1]), y.dtype)
+        for g, tangent in enumerate(tangents):
+            scores = scores + jnp.einsum("ck,cn->kn", places[:, g], push(tangent) * r)
+        return total + scores @ scores.T
+
+    return jax.lax.fori_loop(0, count, add, jnp.zeros((unknowns.size, unknowns.size), y.dtype))
+
+
 def _table(rows: list[list[Array]], y: Float[Array, " k"]) -> Float[Array, "3 rows columns"]:
     if not rows:
         return jnp.zeros((3, 0, 1), y.dtype)

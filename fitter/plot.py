@@ -46,9 +46,9 @@ def plot_fit(result: FitResult, path: str | os.PathLike[str], force: bool = Fals
     rows = np.asarray(figure.subfigures(2, 1))
     _draw_slices(result, rows[0])
     _draw_lobes(result, rows[1])
-    figure.suptitle(
-        f"{result.material.model} fitted to {result.data.source}, mean log error {result.errors['log_mae']:.4f}"
-    )
+    # A file name need not be text that a font can draw; a dollar would start a formula.
+    source = result.data.source.encode(errors="replace").decode().replace("$", r"\$")
+    figure.suptitle(f"{result.material.model} fitted to {source}, mean log error {result.errors['log_mae']:.4f}")
     with atomic_path(path, force) as temporary:
         figure.savefig(temporary, dpi=110)
 

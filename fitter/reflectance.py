@@ -237,6 +237,8 @@ def unit_directions(directions: np.ndarray, name: str) -> np.ndarray:
     **Raises:** `UserError` on another shape, a number that is not finite, or a length more than
     1e-3 from one.
     """
+    if np.iscomplexobj(directions):
+        raise UserError(f"`{name}` is complex. Pass (n, 3) real floats.")
     try:
         directions = np.asarray(directions, np.float64)
     except (TypeError, ValueError) as error:

@@ -21,6 +21,12 @@ from .unknowns import Unknowns
 # Correlations below this are left out of the report; above the second one they are a warning.
 _CORRELATION_SHOWN = 0.1
 _CORRELATION_WARNED = 0.95
+_CORRELATIONS_WARNED_MAX = 3
+# A mean log error above the first is a misfit that shows; above the second the data are likely in another unit.
+_MISFIT_WARNED = 0.08
+_UNITS_WARNED = 1.5
+# Polar angles that all lie below this were most likely radians, of which a right angle has 1.57.
+_RADIANS_DEG = 1.6
 
 
 @dataclasses.dataclass(frozen=True)
@@ -164,12 +170,21 @@ class FitResult:
     def warnings(self) -> list[str]:
         """What a user should know before trusting the numbers, one sentence each."""
         notes = [
-            "Standard errors hold for independent noise. Where the model misses the shape of the data, as the log "
+            "Standard errors take the samples as independent. Where the model misses the shape of the data, as the log "
             "error shows, the true uncertainty is larger."
         ]
+        if self.errors["log_mae"] > _MISFIT_WARNED:
+            notes.insert(0, _misfit(self.errors["log_mae"]))
+        if (
+            np.degrees(np.arccos(np.clip(min(self.data.wi[:, 2].min(), self.data.wo[:, 2].min()), -1, 1)))
+            < _RADIANS_DEG
+        ):
+            notes.insert(0, f"All polar angles are below {_RADIANS_DEG} degrees: were they given in radians?")
+        if 3 * self.samples <= self.unknowns.size:
+            notes.append(f"{self.samples} samples are too few for {self.unknowns.size} free numbers and their errors.")
         if self.at_bound():
             notes.append(f"At a bound: {', '.join(self.at_bound())}. Their standard errors are not defined.")
-        for a, b, rho in self.correlations(_CORRELATION_WARNED):
+        for a, b, rho in self.correlations(_CORRELATION_WARNED)[:_CORRELATIONS_WARNED_MAX]:
             notes.append(f"{a} and {b} trade off against each other ({rho:+.3f}): fix one of them to pin the other.")
         free = int(np.sum(~self.certainty.at_bound))
         if self.certainty.rank < free:
@@ -177,6 +192,17 @@ class FitResult:
         if self.data.clamped:
             notes.append(f"{self.data.clamped} negative channel values were set to 0 for the fit.")
         return notes
+
+
+def _misfit(log_mae: float) -> str:
+    if log_mae > _UNITS_WARNED:
+        return (
+            f"THE MODEL MISSES THE DATA (mean log error {log_mae:.2f}). Check the data's units: 1/sr, without cosine."
+        )
+    return (
+        f"The model misses the data: {log_mae:.2f} is about {100 * math.expm1(log_mae):.0f} % where f is large. "
+        "Look at the --plot, and try another model or one more lobe."
+    )
 
 
 def _reasons(dropped: dict[str, int]) -> str:

@@ -2,10 +2,13 @@
 
 Marquardt's scaling by the diagonal keeps it free of the parameters' units; an active set, projected anew at each step,
 keeps it inside the bounds without a transform of the parameters that would freeze at them. It works on the normal
-equations alone, so that a large measurement never stores its Jacobian.
+equations alone, so that a large measurement never stores its Jacobian. Where a model misses the data, residuals stay
+large and Gauss-Newton steps converge slowly: the curvature that they leave out is estimated from how the gradient
+changes.
 
 - Marquardt 1963, "An Algorithm for Least-Squares Estimation of Nonlinear Parameters".
 - Nielsen 1999, "Damping Parameter in Marquardt's Method" (the update of the damping).
+- Dennis, Gay, Welsch 1981, "An Adaptive Nonlinear Least-Squares Algorithm" (curvature from the change of gradients).
 - Kanzow, Yamashita, Fukushima 2004, "Levenberg-Marquardt methods with strong local convergence properties for solving
   nonlinear equations with convex constraints" (projection).
 """
@@ -23,6 +26,8 @@ from jaxtyping import Array, Bool, Float
 
 from .normal import NormalEquations
 
+# Damping up to which a step that would change nothing is proof of a minimum.
+_DAMPING_FULL = 0.1
 # Damping beyond which no step is left to try, its floor, and the most that one acceptance lowers it.
 _DAMPING_MAX = 1e12
 _DAMPING_MIN = 1e-12
@@ -40,10 +45,12 @@ _DIAGONAL_MIN = 1e-14
 class _State(NamedTuple):
     equations: NormalEquations
     curvature: Float[Array, "k k"]
+    trusted: Bool[Array, ""]
     damping: Float[Array, ""]
     growth: Float[Array, ""]
     done: Bool[Array, ""]
     failed: Bool[Array, ""]
+    stuck: Bool[Array, ""]
 
 
 class BoundedLevenbergMarquardt(optx.AbstractLeastSquaresSolver):
@@ -80,9 +87,12 @@ class BoundedLevenbergMarquardt(optx.AbstractLeastSquaresSolver):
     def init(self, fn, y, args, options, f_struct, aux_struct, tags) -> _State:
         equations = self._equations(fn, y, args)
         one = jnp.ones((), y.dtype)
-        failed = ~jnp.isfinite(equations.cost)
+        failed = ~_is_finite(equations)
         curvature = jnp.zeros_like(equations.hessian)
-        return _State(equations, curvature, self.damping * one, 2 * one, equations.cost <= self.atol, failed)
+        lower, upper = _bounds(y, options)
+        done = (equations.cost <= self.atol) & jnp.all((y >= lower) & (y <= upper))
+        no = jnp.zeros((), bool)
+        return _State(equations, curvature, no, self.damping * one, 2 * one, done, failed, no)
 
     def step(self, fn, y, args, options, state, tags):
         lower, upper = _bounds(y, options)
@@ -90,36 +100,59 @@ class BoundedLevenbergMarquardt(optx.AbstractLeastSquaresSolver):
         full = equations._replace(hessian=equations.hessian + state.curvature)
         newton = bounded_step(full, y, lower, upper, state.damping)
         gauss = bounded_step(equations, y, lower, upper, state.damping)
-        convex = is_positive(full.hessian)
-        delta, decrease = jax.tree.map(lambda a, b: jnp.where(convex, a, b), newton, gauss)
-        # The last step would change nothing: spare its evaluation.
-        stalled = (decrease >= 0) & (decrease <= self.rtol * equations.cost)
+        use = state.trusted & is_positive(full.hessian)
+        delta, decrease = jax.tree.map(lambda a, b: jnp.where(use, a, b), newton, gauss)
+        # A start outside the bounds is put on them first, whatever it costs.
+        inside = jnp.clip(y, lower, upper)
+        outside = jnp.any(inside != y)
+        delta = jnp.where(outside, inside - y, delta)
+        # The last step would change nothing: spare its evaluation. Damping alone must not make a step look so.
+        small = (decrease >= 0) & (decrease <= self.rtol * equations.cost)
+        stalled = small & (state.damping <= _DAMPING_FULL) & ~outside
         trial = jax.lax.cond(stalled, lambda: equations, lambda: self._equations(fn, y + delta, args))
         actual = equations.cost - trial.cost
-        # A trial that is not finite compares false and is rejected.
-        accepted = (actual > 0) & jnp.all(jnp.isfinite(trial.hessian))
+        accepted = ((actual > 0) | outside) & _is_finite(trial)
         ratio = actual / jnp.maximum(decrease, jnp.finfo(y.dtype).tiny)
         shrink = jnp.clip(1 - (2 * ratio - 1) ** 3, _SHRINK_MIN, 2.0)
         damping = jnp.where(accepted, jnp.maximum(state.damping * shrink, _DAMPING_MIN), state.damping * state.growth)
         new = jax.tree.map(lambda a, b: jnp.where(accepted, a, b), trial, equations)
         curvature = jnp.where(accepted, _curvature(state.curvature, equations, trial, delta), state.curvature)
-        done = stalled | (new.cost <= self.atol) | (damping > _DAMPING_MAX)
+        # The curvature is used after it has predicted a step better than Gauss-Newton.
+        trusted = jnp.abs(actual - _decrease(full, delta)) < jnp.abs(actual - _decrease(equations, delta))
         growth = jnp.where(accepted, 2.0, 2 * state.growth)
-        return y + jnp.where(accepted, delta, 0.0), _State(new, curvature, damping, growth, done, state.failed), None
+        done = stalled | ((new.cost <= self.atol) & accepted)
+        stuck = damping > _DAMPING_MAX
+        return (
+            y + jnp.where(accepted, delta, 0.0),
+            _State(new, curvature, trusted, damping, growth, done, state.failed, stuck),
+            None,
+        )
 
     def terminate(self, fn, y, args, options, state, tags):
-        result = optx.RESULTS.where(state.failed, optx.RESULTS.nonfinite, optx.RESULTS.successful)
-        return state.done | state.failed, result
+        result = optx.RESULTS.where(state.stuck, optx.RESULTS.nonlinear_divergence, optx.RESULTS.successful)
+        result = optx.RESULTS.where(state.failed, optx.RESULTS.nonfinite, result)
+        return state.done | state.failed | state.stuck, result
 
     def postprocess(self, fn, y, aux, args, options, state, tags, result):
         return y, aux, {}
 
 
+def _is_finite(equations: NormalEquations) -> Bool[Array, ""]:
+    return jnp.all(jnp.stack([jnp.all(jnp.isfinite(part)) for part in equations]))
+
+
 def _curvature(
     curvature: Float[Array, "k k"], old: NormalEquations, new: NormalEquations, delta: Float[Array, " k"]
 ) -> Float[Array, "k k"]:
-    """The part of the Hessian that J^T J leaves out, from the change of the gradient (symmetric rank one)."""
-    missing = new.gradient - old.gradient - (new.hessian + curvature) @ delta
+    """The part of the Hessian that J^T J leaves out, from the change of the gradient (symmetric rank one).
+
+    Sized first, as in Dennis, Gay, Welsch 1981: where the residuals shrink, what was left out shrinks with them.
+    """
+    change = new.gradient - old.gradient - new.hessian @ delta
+    before = jnp.vdot(delta, curvature @ delta)
+    size = jnp.abs(jnp.vdot(delta, change)) / jnp.maximum(jnp.abs(before), jnp.finfo(delta.dtype).tiny)
+    curvature = curvature * jnp.minimum(size, 1.0)
+    missing = change - curvature @ delta
     product = jnp.vdot(missing, delta)
     usable = jnp.abs(product) > _PRODUCT_MIN * jnp.linalg.norm(missing) * jnp.linalg.norm(delta)
     return curvature + jnp.where(usable, jnp.outer(missing, missing) / jnp.where(usable, product, 1.0), 0.0)

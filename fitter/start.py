@@ -8,12 +8,17 @@ replaces a multi-start: the slope of a lobe is never far from one of the values 
 from __future__ import annotations
 
 import itertools
+import math
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
+
+from brdf.parameter import choices as choices_of
+from brdf.parameter import parameters
+from brdf.registry import name_of, split
 
 from .loss import Samples, residual
 from .unknowns import Unknown, Unknowns
@@ -22,7 +27,9 @@ from .unknowns import Unknown, Unknowns
 _SAMPLES = 2048
 _STEPS = 4
 _SWEEPS = 30
-# Most combinations of shape parameters that are tried; more are thinned out evenly.
+# Up to this many combinations of shape parameters are enumerated.
+_ENUMERATED_MAX = 20_000
+# Most combinations of shape parameters that are tried; of more, a random choice.
 _COMBINATIONS_MAX = 400
 _SEED = 19730401
 
@@ -32,33 +39,57 @@ def candidates(unknowns: Unknowns) -> np.ndarray:
 
     **Returns:**
 
-    Shape (candidates, k). Of two lobes of the same model the first has the smaller slope, since exchanging them changes
-    nothing.
+    Shape (candidates, k), at most 400. Of interchangeable lobes the first has the smallest slope.
     """
     shapes = [u for u in unknowns.free if u.parameter.kind == "scalar"]
+    choices = [u.parameter.starts for u in shapes]
+    total = math.prod(map(len, choices))
+    if total <= _ENUMERATED_MAX:
+        combinations = itertools.product(*choices)
+    else:
+        rng = np.random.default_rng(_SEED)
+        combinations = (tuple(rng.choice(starts) for starts in choices) for _ in range(4 * _COMBINATIONS_MAX))
+    groups = _interchangeable(unknowns, shapes)
+    distinct = list(dict.fromkeys(_ordered(values, groups) for values in combinations))
+    distinct = [values for values in distinct if values is not None]
+    if len(distinct) > _COMBINATIONS_MAX:
+        kept = np.random.default_rng(_SEED).choice(len(distinct), _COMBINATIONS_MAX, replace=False)
+        distinct = [distinct[index] for index in np.sort(kept)]
     y = np.array([0.5 * (lo + hi) for lo, hi in zip(*unknowns.bounds(), strict=True)])
-    rows = []
-    for values in itertools.product(*(u.parameter.starts for u in shapes)):
-        if _is_ordered(shapes, values):
-            row = y.copy()
-            for unknown, value in zip(shapes, values, strict=True):
-                row[unknown.offset] = value * value if unknown.parameter.fit_square else value
-            rows.append(row)
-    if len(rows) > _COMBINATIONS_MAX:
-        kept = np.random.default_rng(_SEED).choice(len(rows), _COMBINATIONS_MAX, replace=False)
-        rows = [rows[index] for index in np.sort(kept)]
-    return np.array(rows)
+    rows = np.tile(y, (len(distinct), 1))
+    for row, values in zip(rows, distinct, strict=True):
+        for unknown, value in zip(shapes, values, strict=True):
+            row[unknown.offset] = value * value if unknown.parameter.fit_square else value
+    return rows
 
 
-def _is_ordered(shapes: list[Unknown], values: tuple[float, ...]) -> bool:
-    slopes: dict[str, float] = {}
-    for unknown, value in zip(shapes, values, strict=True):
+def _interchangeable(unknowns: Unknowns, shapes: list[Unknown]) -> list[list[int]]:
+    """Places among `shapes` of the slopes of lobes whose exchange changes nothing: one model, equal in all but what
+    is free."""
+    groups: dict[object, list[int]] = {}
+    for place, unknown in enumerate(shapes):
         if unknown.parameter.slope:
-            model = unknown.lobe.rstrip("0123456789").rstrip("_")
-            if value <= slopes.get(model, -1.0):
-                return False
-            slopes[model] = value
-    return True
+            model = split(unknowns.template)[unknown.lobe]
+            free = {u.parameter.name for u in unknowns.free if u.lobe == unknown.lobe}
+            held = {
+                p.name: np.asarray(getattr(model, p.name)).tolist() for p in parameters(model) if p.name not in free
+            }
+            chosen = {c.name: getattr(model, c.name) for c in choices_of(model)}
+            key = (name_of(model), unknown.parameter.name, sorted(free), sorted(held.items()), sorted(chosen.items()))
+            groups.setdefault(repr(key), []).append(place)
+    return list(groups.values())
+
+
+def _ordered(values: tuple[float, ...], groups: list[list[int]]) -> tuple[float, ...] | None:
+    """The combination with the slopes of each group in rising order; None if two of a group are equal."""
+    result = list(values)
+    for places in groups:
+        slopes = sorted(values[place] for place in places)
+        if len(set(slopes)) < len(slopes):
+            return None
+        for place, value in zip(places, slopes, strict=True):
+            result[place] = value
+    return tuple(result)
 
 
 @eqx.filter_jit

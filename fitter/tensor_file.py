@@ -83,7 +83,9 @@ def read_tensor_file(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
         where = f"the header of field {number + 1} of {count}"
         (length,), place = _unpack(path, data, place, "<H", where)
         (name,), place = _unpack(path, data, place, f"<{length}s", where)
+        # A damaged name must not reach a terminal as it is.
         name = name.decode("utf-8", "replace")
+        name = name if name.isprintable() else repr(name)[:40]
         where = f"the header of field `{name}`"
         (rank, code, offset), place = _unpack(path, data, place, "<HBQ", where)
         if code not in TYPES or rank > MOST_AXES:

@@ -2,7 +2,7 @@
 
 EGL comes first, over all of its devices, hardware before software: on a machine with several GPUs device 0 is often
 not the one that is meant. `GLCONTEXT_DEVICE_INDEX` names one. Then the wheel `lavavu-osmesa`. `BRDF_GL` set to `egl`
-or `osmesa` forces one of the two.
+or `osmesa` forces one of the two. On Windows there is one way, WGL, the driver of the desktop.
 
 There is one context per process, current in the thread that first asked for it; OpenGL allows no other thread.
 """
@@ -13,6 +13,7 @@ import dataclasses
 import os
 import sys
 import threading
+from collections.abc import Callable
 from typing import Any
 
 import moderngl
@@ -22,11 +23,27 @@ from brdf.errors import UserError
 from .osmesa import Loader
 
 REQUIRED = 430
-# EGL lists a device per GPU and one for software; the list ends at the first index that is refused.
+# EGL lists a device per GPU and one for software.
 _DEVICES_MAX = 16
+# How glcontext says that there are no more devices, or none at all for want of the library or a function in it. Any
+# other refusal is that of one device, and the next one is tried.
+_NO_MORE_DEVICES = ("requested device index", "not loaded", "not found")
 # The names with versions: those without belong to development packages. Any: the stubs of moderngl call it a dict.
 _EGL: dict[str, Any] = {"backend": "egl", "libgl": "libGL.so.1", "libegl": "libEGL.so.1"}
 _SOFTWARE = ("llvmpipe", "softpipe", "swrast", "swiftshader", "software")
+_REMEDIES = {
+    "linux": (
+        "Install a driver (`apt-get install libegl1 libgl1`; in Docker with an NVIDIA GPU also "
+        "`NVIDIA_DRIVER_CAPABILITIES=all`), or use the software renderer without root: "
+        "`pip install brdf-fitter[software-gl]`."
+    ),
+    "win32": (
+        "Install the driver of the graphics card's maker; a virtual machine or a remote desktop may need Mesa for "
+        "Windows, a software renderer, instead (https://github.com/pal1000/mesa-dist-win)."
+    ),
+    "darwin": "macOS ends at OpenGL 4.1, so the preview does not run there. Use Linux or Windows.",
+}
+_REMEDY_ELSEWHERE = "Install a driver with EGL and OpenGL 4.3."
 _LIMITS = (
     "GL_MAX_TEXTURE_SIZE",
     "GL_MAX_UNIFORM_BLOCK_SIZE",
@@ -40,8 +57,8 @@ class Device:
     """A context and how it was found.
 
     - `ctx`: the moderngl context; its objects are freed when Python forgets them.
-    - `backend`: `"egl"` or `"osmesa"`.
-    - `device_index`: the EGL device, `None` for OSMesa.
+    - `backend`: `"egl"`, `"osmesa"` or `"wgl"`.
+    - `device_index`: the EGL device, `None` for the others.
     - `tried`: one sentence part per attempt, in order.
     """
 
@@ -84,8 +101,9 @@ def device() -> Device:
 
 def check(ctx: moderngl.Context, where: str) -> None:
     """Raises `RuntimeError` if OpenGL has recorded an error; `where` says what was being done."""
-    if ctx.error != "GL_NO_ERROR":
-        raise RuntimeError(f"OpenGL reported `{ctx.error}` while {where}. `brdf doctor` describes the driver.")
+    error = ctx.error  # reading it clears it
+    if error != "GL_NO_ERROR":
+        raise RuntimeError(f"OpenGL reported `{error}` while {where}. `brdf doctor` describes the driver.")
 
 
 def describe() -> dict[str, Any]:
@@ -117,30 +135,34 @@ def describe() -> dict[str, Any]:
 class ContextError(UserError):
     """No OpenGL 4.3 context; `tried` lists the attempts."""
 
+    exit_status = 1
+
     def __init__(self, tried: list[str]):
         self.tried = tuple(tried)
-        if sys.platform == "darwin":
-            remedy = "macOS ends at OpenGL 4.1, so the preview does not run there. Use Linux or Windows."
-        else:
-            remedy = (
-                "Install a driver (`apt-get install libegl1 libgl1`; in Docker with an NVIDIA GPU also "
-                "`NVIDIA_DRIVER_CAPABILITIES=all`), or use the software renderer without root: "
-                "`pip install brdf-fitter[software-gl]`."
-            )
+        remedy = _REMEDIES.get(sys.platform, _REMEDY_ELSEWHERE)
         super().__init__(f"There is no OpenGL 4.3 here. Tried: {'; '.join(tried)}. {remedy}")
 
 
 def _open() -> Device:
+    ways = _ways()
     forced = os.environ.get("BRDF_GL", "")
-    if forced not in ("", "egl", "osmesa"):
-        raise UserError(f"`BRDF_GL={forced}` is not a way to OpenGL. Set it to `egl` or `osmesa`, or unset it.")
+    if forced not in ("", *ways):
+        raise UserError(
+            f"`BRDF_GL={forced}` is not a way to OpenGL here. Set it to `{'` or `'.join(ways)}`, or unset it."
+        )
     tried: list[str] = []
-    found = _open_egl(tried) if forced in ("", "egl") else None
-    if found is None and forced in ("", "osmesa"):
-        found = _open_osmesa(tried)
-    if found is None:
-        raise ContextError(tried)
-    return found
+    for name in [forced] if forced else ways:
+        found = ways[name](tried)
+        if found is not None:
+            return dataclasses.replace(found, tried=tuple(tried))
+    raise ContextError(tried)
+
+
+def _ways() -> dict[str, Callable[[list[str]], Device | None]]:
+    """The ways to OpenGL on this system, in the order in which they are tried; each adds to what was tried."""
+    if sys.platform == "win32":
+        return {"wgl": _open_wgl}
+    return {"egl": _open_egl, "osmesa": _open_osmesa}
 
 
 def _open_egl(tried: list[str]) -> Device | None:
@@ -155,19 +177,31 @@ def _open_egl(tried: list[str]) -> Device | None:
             ctx = moderngl.create_context(require=REQUIRED, standalone=True, **settings)
         except Exception as error:  # glcontext raises bare `Exception`, moderngl ValueError for a low version
             tried.append(f"EGL device {index}: {_one_line(error)}")
-            if "version" in str(error).lower():
-                continue
-            break
+            if any(words in str(error) for words in _NO_MORE_DEVICES):
+                break
+            continue
         found = Device(ctx, "egl", index, ())
         tried.append(f"EGL device {index}: {found.renderer}")
         if not found.is_software:
-            return dataclasses.replace(found, tried=tuple(tried))
+            return found
         software = software or found
     if software is None:
         return None
     # A later, refused device may have been made current meanwhile.
     software.ctx.__enter__()
-    return dataclasses.replace(software, tried=tuple(tried))
+    return software
+
+
+def _open_wgl(tried: list[str]) -> Device | None:
+    """What Windows gives: glcontext makes a hidden window there."""
+    try:
+        ctx = moderngl.create_context(require=REQUIRED, standalone=True)
+    except Exception as error:  # as for EGL
+        tried.append(f"WGL: {_one_line(error)}")
+        return None
+    found = Device(ctx, "wgl", None, ())
+    tried.append(f"WGL: {found.renderer}")
+    return found
 
 
 def _open_osmesa(tried: list[str]) -> Device | None:
@@ -179,7 +213,7 @@ def _open_osmesa(tried: list[str]) -> Device | None:
         return None
     found = Device(ctx, "osmesa", None, ())
     tried.append(f"OSMesa: {found.renderer}")
-    return dataclasses.replace(found, tried=tuple(tried))
+    return found
 
 
 def _one_line(error: Exception) -> str:

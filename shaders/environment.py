@@ -32,11 +32,13 @@ _WIDTH_MAX = 16384
 _RADIANCE_MAX = 65504.0
 
 
-@dataclasses.dataclass(frozen=True)
+# Two are equal if they are the same object, so that what is made of one can be kept with it (lighting.py).
+@dataclasses.dataclass(frozen=True, eq=False)
 class Environment:
     """Radiance by direction.
 
-    - `pixels`: shape (h, w, 3), float32, linear Rec. 709, finite and not negative; oriented as this file says.
+    - `pixels`: shape (h, w, 3), float32, linear Rec. 709, finite and not negative; oriented as this file says. Not
+      to be changed once it has been rendered: make another `Environment`.
     - `name`: the built-in name or the file.
     - `clamped`: how many values of the file were negative, NaN or infinite and have been clamped.
     """

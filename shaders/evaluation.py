@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -52,6 +53,8 @@ def evaluate(model: AbstractBRDF, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.fl
         buffers[1].write(outgoing[start : start + pairs])
         program["pairs"] = pairs
         program.run(-(-pairs // _GROUP))
+        # What a shader writes to a buffer is not seen by a later read without it (OpenGL 4.3, glMemoryBarrier).
+        ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
         check(ctx, "evaluating a model")
         values[start : start + pairs] = np.frombuffer(buffers[2].read(12 * pairs), np.float32).reshape(-1, 3)
     return values

@@ -1,8 +1,9 @@
-"""What passes share while a scene is rendered: the context, programs, pictures, the environment on the GPU."""
+"""What passes share while a scene is rendered: the context, programs and pictures."""
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 
 import moderngl
 import numpy as np
@@ -16,6 +17,19 @@ from .scene import Scene
 
 # Texture units by the name of the sampler in GLSL; a picture's sampler has the picture's name.
 UNITS = {"radiance": 0, "frame": 1, "accumulation": 2, "linear": 3}
+# Pixels a side that one draw shades: a weak GPU needs well below the two seconds after which Windows resets a driver.
+_TILE = 1024
+
+
+def check_size(device: Device, scene: Scene) -> None:
+    """Raises `UserError` if a picture of the scene's size does not fit on the device."""
+    limit = min(int(device.ctx.info[name]) for name in ("GL_MAX_TEXTURE_SIZE", "GL_MAX_RENDERBUFFER_SIZE"))
+    for name, value in (("width", scene.width), ("height", scene.height)):
+        if value > limit:
+            raise UserError(
+                f"`{name} = {value}` is more than the {limit} pixels a side that `{device.renderer}` can draw. "
+                f"Set it to {limit} at most."
+            )
 
 
 @dataclasses.dataclass
@@ -24,7 +38,7 @@ class Frame:
 
     - `frames`: how often the jittered passes run.
     - `samples_per_frame`: light samples in each from the cosine, from the environment, and from each slope.
-    - `draws`: counted by the passes.
+    - `draws`: how often a tile was drawn so far.
     """
 
     device: Device
@@ -34,7 +48,6 @@ class Frame:
     samples_per_frame: tuple[int, int, int]
     draws: int = 0
     _pictures: dict[str, moderngl.Framebuffer] = dataclasses.field(default_factory=dict)
-    _radiance: moderngl.Texture | None = None
 
     @property
     def ctx(self) -> moderngl.Context:
@@ -62,21 +75,20 @@ class Frame:
         data = np.frombuffer(self.picture(name).read(components=4, dtype="f4"), np.float32)
         return np.ascontiguousarray(data.reshape(self.scene.height, self.scene.width, 4)[::-1])
 
-    def bind_radiance(self) -> None:
-        """Uploads the environment's pixels on the first call, and binds them to their sampler."""
-        if self._radiance is None:
-            pixels = self.scene.environment.pixels
-            limit = int(self.ctx.info["GL_MAX_TEXTURE_SIZE"])
-            if pixels.shape[1] > limit:
-                name = self.scene.environment.name
-                raise UserError(f"`{name}` is wider than this device's {limit} texels. Resize it.")
-            self._radiance = self.ctx.texture((pixels.shape[1], pixels.shape[0]), 3, pixels.tobytes(), dtype="f4")
-            self._radiance.filter = (moderngl.LINEAR, moderngl.LINEAR)
-            self._radiance.repeat_x, self._radiance.repeat_y = True, False
-        self._radiance.use(UNITS["radiance"])
+    def draw_in_tiles(self, target: str, draw: Callable[[], None]) -> None:
+        """Draws into a picture one tile after the other, and waits for each: no draw lasts long, whatever the size."""
+        framebuffer = self.picture(target)
+        framebuffer.use()
+        for bottom in range(0, self.scene.height, _TILE):
+            for left in range(0, self.scene.width, _TILE):
+                if bottom or left:
+                    self.ctx.finish()
+                framebuffer.scissor = (left, bottom, _TILE, _TILE)
+                draw()
+                self.draws += 1
+        framebuffer.scissor = (0, 0, self.scene.width, self.scene.height)
 
     def draw_full_screen(self, target: str, program: moderngl.Program) -> None:
         """Runs a program's fragment shader for every pixel of a picture."""
-        self.picture(target).use()
-        self.ctx.vertex_array(program, []).render(moderngl.TRIANGLES, vertices=3)
-        self.draws += 1
+        triangle = self.ctx.vertex_array(program, [])
+        self.draw_in_tiles(target, lambda: triangle.render(moderngl.TRIANGLES, vertices=3))

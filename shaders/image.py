@@ -12,6 +12,10 @@ from PIL import Image as PillowImage
 
 from brdf.errors import UserError
 
+# Together just below 1, so that what eight bits hold exactly is not rounded up; the second one covers the rounding of
+# float32, so that it is not rounded down either.
+_DITHER, _ROUNDING = 0.999, 5e-4
+
 
 @dataclasses.dataclass(frozen=True)
 class Image:
@@ -44,7 +48,15 @@ def write_png(path: str | os.PathLike[str], display: ArrayLike) -> None:
     values = np.asarray(display, np.float32)
     if values.ndim != 3 or values.shape[2] not in (3, 4) or values.size == 0:
         raise UserError(f"`{values.shape}` is not the shape of a picture. Pass (h, w, 3) or (h, w, 4).")
-    if np.isnan(values).any():
-        raise UserError("`NaN` is in the picture. A PNG cannot hold it; write an .exr to look for it.")
-    levels = np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8)
+    missing = np.argwhere(np.isnan(values))
+    if len(missing):
+        row, column, _ = missing[0].tolist()
+        raise UserError(
+            f"`row {row}, column {column}` of the picture is NaN, which a PNG cannot hold. Write an .exr, which can, "
+            "to look at it, or replace it with `numpy.nan_to_num`."
+        )
+    # Rounded up or down at random, in proportion, so that eight bits draw no bands in a slow gradient. Values that
+    # eight bits hold exactly stay, and the seed makes the same picture the same file.
+    dither = np.random.default_rng(0).random((*values.shape[:2], 1), np.float32)
+    levels = np.floor(np.minimum(np.clip(values, 0, 1) * 255 + (dither * _DITHER + _ROUNDING), 255)).astype(np.uint8)
     PillowImage.fromarray(np.ascontiguousarray(levels)).save(os.fspath(path), format="PNG")

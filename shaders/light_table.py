@@ -19,7 +19,9 @@ from numpy.typing import NDArray
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 # Larger pictures are averaged down to this width for the table; any table is right, a finer one is only less noisy.
 _WIDTH_MAX = 2048
-# Of the light, spread evenly: no direction is left without a density, whatever float32 rounds away.
+# Of the light, spread evenly over the sky: a dark direction keeps a density above zero. A cell with far less than 2^-32
+# of the light, as beside the poles of a large picture, is still never drawn, since `cumulative` cannot count it: its
+# share goes to a neighbour on the curve, and the other densities that the shader samples beside this one reach it.
 _UNIFORM = 1e-3
 
 
@@ -29,7 +31,8 @@ class LightTable:
 
     - `pdf`: shape (h, w), float32, 1/sr, constant over a cell.
     - `cells`: shape (h w,), uint32: row 2^16 + column of the k-th cell on the curve.
-    - `cumulative`: shape (h w,), uint32: the light before the k-th cell, in units of 2^-32 of all light.
+    - `cumulative`: shape (h w,), uint32: the light before the k-th cell, in units of 2^-32 of all light; two equal
+      entries mean that the cell of the first is never drawn.
     - `guide`: shape (2^g, 2), uint32: the cells on the curve between which the parts k / 2^g to (k + 1) / 2^g of the
       light lie.
     """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
+from typing import Any
 
 import moderngl
 
@@ -57,6 +58,22 @@ class Programs:
 def programs() -> Programs:
     """The programs of this process's context."""
     return Programs(device().ctx)
+
+
+def set_uniforms(program: moderngl.Program, values: Mapping[str, Any]) -> None:
+    """Sets uniforms by name, except those that the driver has removed because they do not change the result.
+
+    How much a driver removes differs: NVIDIA's takes the camera's position out of a model that ignores `wo`.
+
+    **Arguments:**
+
+    - `program`: a compiled program.
+    - `values`: name -> number or tuple, as moderngl takes it.
+    """
+    active = set(program)
+    for name, value in values.items():
+        if name in active:
+            program[name] = value
 
 
 def _key(stages: tuple[str, ...], defines: Mapping[str, str], generated: Mapping[str, str]) -> Key:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .context import check, device
-from .frame import Frame
+from .frame import Frame, check_size
 from .image import Image
 from .material_block import slopes
 from .passes import PASSES
@@ -44,10 +44,11 @@ def render(scene: Scene) -> Image:
 
     **Returns:** an `Image`.
 
-    Raises `UserError` when there is no OpenGL 4.3 or when the scene exceeds its limits.
+    Raises `UserError` when there is no OpenGL 4.3, or when the picture or the environment is larger than its textures.
     """
     started = time.perf_counter()
     frame_plan = plan_of(scene)
+    check_size(device(), scene)
     frames = -(-scene.samples // samples_in_frame(scene))
     frame = Frame(device(), scene, programs(), frames, _SAMPLES_PER_FRAME)
     compiled = frame.programs.compiled

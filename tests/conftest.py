@@ -29,14 +29,13 @@ def shared() -> pathlib.Path:
     return folder
 
 
-@pytest.fixture(scope="session")
-def gl():
-    """The OpenGL context; skips, saying what was tried, where there is none."""
+@pytest.fixture(autouse=True)
+def _opengl(request: pytest.FixtureRequest) -> None:
+    """Skips a test that is marked `gpu`, saying what was tried, where there is no OpenGL 4.3."""
+    if request.node.get_closest_marker("gpu") is None:
+        return
     from shaders.context import describe
 
     found = describe()
     if not found["available"]:
         pytest.skip(f"needs OpenGL 4.3: {found['problem']}")
-    from shaders.context import device
-
-    return device().ctx

@@ -6,7 +6,9 @@
 with alpha = max(theta_i, theta_o), beta = min(theta_i, theta_o), dphi = phi_o - phi_i: the full form with
 interreflection, not the qualitative one. The azimuth is undefined at normal incidence; there every term that holds it
 vanishes, so it never appears here without the sine that cancels it, or is guarded. The published form turns negative
-for forward scattering at grazing angles, where a reflectance cannot be: there it is cut at zero.
+for forward scattering at grazing angles, where a reflectance cannot be: there it is cut at zero. Where both directions
+graze the surface, tan(beta) and tan((alpha + beta) / 2) are huge and their factors vanish: those are computed as
+differences that float32 holds.
 
 - Oren, Nayar 1994, "Generalization of Lambert's Reflectance Model", section 4.4.
 """
@@ -53,19 +55,28 @@ class OrenNayar(AbstractBRDF):
         cos_o = jnp.where(has_azimuth, g.cos_o, jnp.sqrt(0.5) * jnp.ones_like(g.cos_o))
         cos_dphi = jnp.clip(g.dot_xy / (sin_i * sin_o), -1, 1)
 
+        # 1 - |cos| = sin^2 / (1 + |cos|), with the sine from the cross product.
+        sin_dphi = (g.wi[0] * g.wo[1] - g.wi[1] * g.wo[0]) / (sin_i * sin_o)
+        one_minus_cos_dphi = sin_dphi * sin_dphi / (1 + jnp.abs(cos_dphi))
+
         theta_i, theta_o = jnp.arctan2(sin_i, cos_i), jnp.arctan2(sin_o, cos_o)
         alpha, beta = jnp.maximum(theta_i, theta_o), jnp.minimum(theta_i, theta_o)
-        sin_alpha = jnp.maximum(sin_i, sin_o)
-        tan_beta = jnp.minimum(sin_i, sin_o) / jnp.maximum(cos_i, cos_o)
+        sin_alpha, sin_beta = jnp.maximum(sin_i, sin_o), jnp.minimum(sin_i, sin_o)
+        cos_alpha, cos_beta = jnp.minimum(cos_i, cos_o), jnp.maximum(cos_i, cos_o)
+        tan_beta = sin_beta / cos_beta
         tan_mean = (sin_i + sin_o) / (cos_i + cos_o)
         ratio_beta = 2 * beta / jnp.pi
+        # sin(alpha) - ratio^3 = (1 - ratio^3) - (1 - sin(alpha)), each of which vanishes at grazing angles.
+        one_minus_ratio = 2 * jnp.arctan2(cos_beta, sin_beta) / jnp.pi
+        one_minus_cube = one_minus_ratio * (1 + ratio_beta + ratio_beta * ratio_beta)
+        one_minus_sin_alpha = cos_alpha * cos_alpha / (1 + sin_alpha)
 
         c1 = 1 - 0.5 * sigma2 / (sigma2 + 0.33)
         c2 = 0.45 * sigma2 / (sigma2 + 0.09)
-        c2 = c2 * (sin_alpha - jnp.where(cos_dphi < 0, ratio_beta * ratio_beta * ratio_beta, jnp.zeros_like(beta)))
+        c2 = c2 * jnp.where(cos_dphi < 0, one_minus_cube - one_minus_sin_alpha, sin_alpha)
         ratio_product = 4 * alpha * beta / (jnp.pi * jnp.pi)
         c3 = 0.125 * sigma2 / (sigma2 + 0.09) * ratio_product * ratio_product
-        rough = cos_dphi * c2 * tan_beta + (1 - jnp.abs(cos_dphi)) * c3 * tan_mean
+        rough = cos_dphi * c2 * tan_beta + one_minus_cos_dphi * c3 * tan_mean
         bounce = 0.17 * sigma2 / (sigma2 + 0.13) * (1 - jnp.where(has_azimuth, cos_dphi * ratio_beta * ratio_beta, 0.0))
         direct = c1 + jnp.where(has_azimuth, rough, jnp.zeros_like(rough))
         return rho / jnp.pi * jnp.maximum(direct + rho * bounce, 0)

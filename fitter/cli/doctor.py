@@ -27,7 +27,11 @@ def command(ctx: click.Context) -> None:
 
     devices = ", ".join(f"{device.platform}:{device.id} {device.device_kind}" for device in jax.devices())
     click.echo(f"jax devices    {devices}")
+    import brdf
     from shaders.context import describe
+
+    wi = jax.numpy.array([[0.0, 0.6, 0.8]])
+    fits = bool(jax.numpy.isfinite(brdf.evaluate(brdf.build("lambert+ggx"), wi, wi)).all())
 
     opengl = describe()
     for attempt in opengl["tried"]:
@@ -39,7 +43,7 @@ def command(ctx: click.Context) -> None:
         click.echo(f"renderer       {opengl['renderer']} ({kind}, {opengl['backend']}{place})")
         for name, value in opengl["limits"].items():
             click.echo(f"{'':14} {name} {value}")
-    click.echo("fits           ok")
+    click.echo("fits           " + ("ok" if fits else "not possible: JAX gives no finite number here"))
     click.echo("previews       " + ("ok" if opengl["available"] else f"not possible: {opengl['problem']}"))
-    if not opengl["available"]:
+    if not (fits and opengl["available"]):
         ctx.exit(1)

@@ -50,13 +50,13 @@ def main() -> None:
     except (click.Abort, KeyboardInterrupt):
         _fail("stopped.", 130)
     except UserError as error:
-        _fail(str(error))
+        _fail(str(error), error.exit_status)
     except BrokenPipeError:
         # The reader of our output has left; Python must not complain about it once more when it exits.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
     except OSError as error:
-        _fail(f"{error.filename or 'a file'}: {error.strerror or error}. Check the path, permissions and free space.")
+        _fail(f"{error.filename or 'writing'}: {error.strerror or error}. Check the path, permissions and free space.")
     except MemoryError:
         _fail("memory ran out. Fit fewer samples or close other programs.")
 

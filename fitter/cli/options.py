@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 
 import click
 
-from brdf.errors import FileError, UserError
+from brdf.errors import UserError
 
 force = click.option("--force", is_flag=True, help="Replace output files that exist.")
 quiet = click.option("--quiet", "-q", is_flag=True, help="No progress on stderr.")
@@ -20,14 +20,14 @@ as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON o
 def check_output(path: str | None, suffixes: tuple[str, ...], force: bool) -> None:
     """Refuses an output before any work is done: a wrong suffix, a missing folder, a file that exists.
 
-    Raises `FileError`; does nothing if `path` is None.
+    Raises `UserError` for the suffix, `FileError` for the rest; does nothing if `path` is None.
     """
     if path is None:
         return
     from brdf.atomic import refuse_to_overwrite
 
     if pathlib.Path(path).suffix.lower() not in suffixes:
-        raise FileError(path, "does not end in " + " or ".join(suffixes) + ".", "Name the file so.")
+        raise UserError(f"`{path}` does not end in {' or '.join(suffixes)}. Name the file so.")
     refuse_to_overwrite(path, force)
 
 

@@ -14,7 +14,9 @@ from . import options
 @click.argument("material")
 @click.option("--output", "-o", required=True, help="The picture: .png for displays, .exr for linear values.")
 @click.option("--environment", "-e", default="studio", show_default=True, help="studio, furnace, or an .hdr/.exr file.")
-@click.option("--rotate-deg", default=0.0, show_default=True, help="Turns the environment about the vertical axis.")
+@click.option(
+    "--rotate-deg", default=0.0, show_default=True, help="Turns the environment about +y, counter-clockwise from above."
+)
 @click.option("--exposure", default=0.0, show_default=True, help="In stops: +1 is twice as bright.")
 @click.option("--size", default="512x512", show_default=True, metavar="WxH", help="Size in pixels.")
 @click.option("--samples", default=None, type=int, help="Directions of light per pixel; more is smoother and slower.")
@@ -54,6 +56,10 @@ def command(
     if as_json:
         click.echo(json.dumps(facts, indent=2))
     else:
+        if facts["clamped"]:
+            click.echo(
+                f"brdf: {environment}: {facts['clamped']} values were negative or not finite: clamped.", err=True
+            )
         click.echo(
             f"{output}: {width}x{height}, environment {facts['environment']}, rotation {rotate_deg:g} deg, exposure "
             f"{exposure:+g}, tone map {facts['tone_map']}, {facts['renderer']}, {facts['counts']['seconds']:.2f} s"
@@ -81,6 +87,11 @@ def _render(
 ) -> dict[str, Any]:
     import dataclasses
     import math
+
+    from brdf.errors import UserError
+
+    if not math.isfinite(rotate_deg):
+        raise UserError(f"`--rotate-deg {rotate_deg}` is not an angle. Give degrees, such as 90.")
 
     import shaders
     from brdf.atomic import atomic_path

@@ -96,9 +96,9 @@ def read(path: str | os.PathLike[str], cells: str = "edge") -> Reflectance:
             f"not finite and {dropped['marked invalid']} negative.",
             "Download it again.",
         )
-    plane *= SCALE[:, None]
     # Invalid cells are NaN from here on: the interpolation leaves them out.
     plane[:, ~(valid & finite)] = np.nan
+    plane *= SCALE[:, None]
     i, j, k = np.unravel_index(index, size)
     wi, wo = directions(table_axes["theta_h"][i], table_axes["theta_d"][j], table_axes["phi_d"][k])
     del i, j, k, above, valid, finite

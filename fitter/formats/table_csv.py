@@ -211,7 +211,16 @@ def _directions(
     found = []
     for end in "io":
         if f"theta_{end}" in column:
-            theta = np.radians(column[f"theta_{end}"])
+            degrees = column[f"theta_{end}"]
+            bad = finite & (np.abs(degrees) > 180)
+            if bad.any():
+                first = int(np.argmax(bad))
+                raise FileError(
+                    path,
+                    f"line {lines[first]}: `theta_{end} = {degrees[first]:g}` is no polar angle.",
+                    "Give degrees from the normal, in [0, 90).",
+                )
+            theta = np.radians(degrees)
             phi = np.radians(column.get(f"phi_{end}", np.zeros(len(theta))))
             sine = np.sin(theta)
             found.append(np.stack([sine * np.cos(phi), sine * np.sin(phi), np.cos(theta)], 1))

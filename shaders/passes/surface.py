@@ -7,30 +7,34 @@ from collections.abc import Callable
 import moderngl
 
 from ..frame import UNITS, Frame
-from ..light_table import LightTable, light_table
+from ..lighting import Lighting, lighting
 from ..material_block import BINDING, glsl, pack
 from ..plan import Pass
+from ..program import set_uniforms
 from ..scene import Part, Scene
 from ..view import jitter_ndc, view_projection, world_to_environment
 
 
 def declare(scene: Scene) -> Pass:
+    """Writes `frame`, shape (h, w, 4): the radiance of the meshes with coverage 1, and 0 where none is."""
     return Pass("surface", reads=frozenset(), writes=frozenset({"frame"}), every_frame=True)
 
 
 def prepare(frame: Frame) -> Callable[[int], None]:
-    table = light_table(frame.scene.environment.pixels)
-    # In the order of their bindings in glsl/light_table.glsl.
-    buffers = [frame.ctx.buffer(part.tobytes()) for part in (table.pdf, table.cells, table.cumulative, table.guide)]
-    draws = [_prepare_part(frame, part, table) for part in frame.scene.parts]
+    """The drawing of one frame, called with its number: it decides the offset and the directions of light.
+
+    Raises `UserError` when the environment is larger than the device's textures.
+    """
+    light = lighting(frame.ctx, frame.scene.environment)
+    draws = [_prepare_part(frame, part, light) for part in frame.scene.parts]
 
     def draw(number: int) -> None:
         target = frame.picture("frame")
         target.use()
         target.clear()
         frame.ctx.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
-        frame.bind_radiance()
-        for binding, buffer in enumerate(buffers):
+        light.radiance.use(UNITS["radiance"])
+        for binding, buffer in enumerate(light.buffers):
             buffer.bind_to_storage_buffer(binding)
         for draw_part in draws:
             draw_part(number)
@@ -38,7 +42,7 @@ def prepare(frame: Frame) -> Callable[[int], None]:
     return draw
 
 
-def _prepare_part(frame: Frame, part: Part, table: LightTable) -> Callable[[int], None]:
+def _prepare_part(frame: Frame, part: Part, light: Lighting) -> Callable[[int], None]:
     program = frame.programs.graphics("pass/surface.vert", "pass/surface.frag", {}, {"material": glsl(part.material)})
     block = frame.ctx.buffer(pack(part.material))
     mesh = frame.ctx.vertex_array(
@@ -54,17 +58,19 @@ def _prepare_part(frame: Frame, part: Part, table: LightTable) -> Callable[[int]
 
     def draw(number: int) -> None:
         block.bind_to_uniform_block(BINDING)
-        program["view_projection"] = projection
-        program["world_to_environment"] = rotation
-        program["camera_position"] = frame.scene.camera.position
-        program["jitter_ndc"] = jitter_ndc(frame.scene, number)
-        program["radiance"] = UNITS["radiance"]
-        program["light_size"] = table.pdf.shape[::-1]
-        program["light_guide_shift"] = 32 - (len(table.guide).bit_length() - 1)
-        program["samples"] = frame.samples_per_frame
-        program["frame_number"] = number
-        program["frames"] = frame.frames
-        mesh.render(moderngl.TRIANGLES)
-        frame.draws += 1
+        values = {
+            "view_projection": projection,
+            "world_to_environment": rotation,
+            "camera_position": frame.scene.camera.position,
+            "jitter_ndc": jitter_ndc(frame.scene, number),
+            "radiance": UNITS["radiance"],
+            "light_size": light.size,
+            "light_guide_shift": light.guide_shift,
+            "samples": frame.samples_per_frame,
+            "frame_number": number,
+            "frames": frame.frames,
+        }
+        set_uniforms(program, values)
+        frame.draw_in_tiles("frame", lambda: mesh.render(moderngl.TRIANGLES))
 
     return draw

@@ -34,6 +34,19 @@ def test_values_are_finite_and_never_negative(expression):
 
 
 @every_model
+def test_float32_agrees_with_float64(expression):
+    # Oracle: the same model in float64 on the same rounded numbers.
+    wi, wo = (w.astype(np.float32) for w in cases.pairs(13, 4000))
+    for model in cases.models(expression, 14, 8):
+        model = as_float32(model)
+        value = np.asarray(evaluate(model, wi, wo))
+        exact = jax.tree.map(lambda leaf: leaf.astype(np.float64), model)
+        truth = np.asarray(evaluate(exact, wi.astype(np.float64), wo.astype(np.float64)))
+        # Beckmann's exponent, up to 100, carries a few roundings of 6e-8 each; Oren-Nayar is cut at 0.
+        np.testing.assert_allclose(value, truth, rtol=1e-4, atol=2e-6)
+
+
+@every_model
 def test_exchanging_the_directions_changes_nothing(expression):
     wi, wo = cases.pairs(3, 2000)
     for model in cases.models(expression, 4, 4):

@@ -58,6 +58,9 @@ def test_one_number_is_grey_and_what_is_left_out_is_default():
         ({"model": "ggx", "parameters": {"ggx": {"f0": [0.1, 0.2, -0.1]}}}, "-0.1"),
         ({"model": "ggx", "parameters": {"ggx": {"masking": "smth"}}}, "Did you mean `smith`"),
         ({"model": "ggx", "provenance": 3}, "provenance"),
+        ({"model": "ggx", "parameter": {}}, "Did you mean `parameters`"),
+        ({"model": "GGXX"}, "Did you mean `ggx`"),
+        ({"model": "+".join(["ggx"] * 7)}, "At most 6"),
     ],
 )
 def test_wrong_materials_are_refused_with_the_remedy(data, sentence, tmp_path):
@@ -76,6 +79,8 @@ def test_wrong_materials_are_refused_with_the_remedy(data, sentence, tmp_path):
     [
         (b"", "not valid JSON (line 1"),
         (b'{"model": "ggx",\n "param', "line 2"),
+        (b'{"model": "ggx", "model": "ggx"}', "`model` stands twice"),
+        (b'{"model": ' + b"9" * 5000 + b"}", "not valid JSON"),
         (b"\xff\xfe\x00\x01", "not text (byte 0)"),
         (b"[" * 100_000, "not valid JSON"),
         (b" " * (16 * 2**20 + 1), "larger than 16 MiB"),

@@ -28,6 +28,18 @@ def test_the_density_integrates_to_one_and_is_nowhere_zero(shape: tuple[int, int
     assert (table.pdf > 0).all()
 
 
+def test_only_cells_of_less_light_than_can_be_counted_are_never_drawn():
+    height, width = 512, 1024
+    table = light_table(_sunny(height, width))
+    never = np.diff(np.append(table.cumulative.astype(np.int64), 2**32)) == 0
+    share = (table.pdf * _solid_angles(height, width))[table.cells >> 16, table.cells & 65535]
+    assert never.any()
+    assert share[never].max() <= 2.0**-32
+    # Their light goes to neighbours on the curve: at no place of it is more than one unit astray.
+    astray = np.cumsum(share.astype(np.float64))[:-1] - table.cumulative[1:] / 2.0**32
+    np.testing.assert_allclose(astray, 0, atol=1e-6)
+
+
 def test_cells_are_found_as_often_as_the_density_says():
     height, width = 32, 64
     table = light_table(_sunny(height, width))

@@ -7,6 +7,7 @@ import itertools
 import struct
 from typing import Any
 
+import moderngl
 import numpy as np
 import pytest
 
@@ -66,6 +67,7 @@ def test_glsl_reads_every_member_back(expression: str):
     found.bind_to_storage_buffer(0)
     block.bind_to_uniform_block(BINDING)
     program.run(1)
+    ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
     check(ctx, "reading a block back")
     assert struct.unpack(f"={len(reads)}f", found.read()) == tuple(0.5 + number for number in range(1, len(reads) + 1))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
+import moderngl
 import numpy as np
 import pytest
 from directions import adversarial_pairs
@@ -135,6 +136,29 @@ def test_a_batch_of_any_size_loses_nothing(monkeypatch: pytest.MonkeyPatch):
     assert _worst(whole, _truth(model, wi, wo), _NORMAL) <= 5e-6
     assert _glsl(model, wi[:0], wo[:0]).shape == (0, 3)
     np.testing.assert_array_equal(_glsl(model, wi[:1], wo[:1]), whole[:1])
+
+
+def test_every_dispatch_is_followed_by_a_barrier_before_its_values_are_read(monkeypatch: pytest.MonkeyPatch):
+    # Oracle: the rule of glMemoryBarrier. No driver here needs it, so only the order of the calls can be looked at.
+    from shaders import evaluation
+
+    calls: list[str] = []
+    run, read, barrier = moderngl.ComputeShader.run, moderngl.Buffer.read, moderngl.Context.memory_barrier
+
+    def spy(name: str, call: Any) -> Any:
+        def called(self: Any, *arguments: Any) -> Any:
+            calls.append(f"{name} {arguments[0]}" if name == "barrier" else name)
+            return call(self, *arguments)
+
+        return called
+
+    monkeypatch.setattr(moderngl.ComputeShader, "run", spy("run", run))
+    monkeypatch.setattr(moderngl.Buffer, "read", spy("read", read))
+    monkeypatch.setattr(moderngl.Context, "memory_barrier", spy("barrier", barrier))
+    monkeypatch.setattr(evaluation, "_CHUNK", 1000)
+    wi, wo = adversarial_pairs(9, 0.3, 200)
+    _glsl(brdf.build("ggx"), wi[:1500], wo[:1500])
+    assert calls == ["run", f"barrier {moderngl.BUFFER_UPDATE_BARRIER_BIT}", "read"] * 2
 
 
 def test_directions_of_the_wrong_shape_are_refused():

@@ -13,12 +13,6 @@
 // Smallest product of squared sines at which an azimuth is computed: below it both of its terms round to zero.
 const float OREN_NAYAR_SIN2_MIN = 1e-20;
 
-// 1 - sin(theta) of a direction, whose length may be off 1 by its rounding.
-float one_minus_sine(vec3 w, float sine) {
-    vec2 sin2 = add_compensated(two_product(w.x, w.x), two_product(w.y, w.y));
-    return ((1.0 - sin2.x) - sin2.y) / (1.0 + sine);
-}
-
 vec3 oren_nayar(oren_nayar_params m, Geometry g) {
     vec3 rho = m.albedo;
     float sigma2 = m.sigma * m.sigma;
@@ -28,11 +22,9 @@ vec3 oren_nayar(oren_nayar_params m, Geometry g) {
     if (g.sin2_i * g.sin2_o > OREN_NAYAR_SIN2_MIN) {
         float sin_i = sqrt(g.sin2_i);
         float sin_o = sqrt(g.sin2_o);
-        float sin_product = sin_i * sin_o;
-        float cos_dphi = clamp(g.dot_xy / sin_product, -1.0, 1.0);
+        float cos_dphi = clamp(g.dot_xy / (sin_i * sin_o), -1.0, 1.0);
         // 1 - |cos| = sin^2 / (1 + |cos|), with the sine from the cross product.
-        float cross_xy = difference_of_products(g.wi.x, g.wo.y, g.wi.y, g.wo.x);
-        float sin_dphi = cross_xy / sin_product;
+        float sin_dphi = difference_of_products(g.wi.x, g.wo.y, g.wi.y, g.wo.x) / (sin_i * sin_o);
         float one_minus_cos_dphi = sin_dphi * sin_dphi / (1.0 + abs(cos_dphi));
 
         float theta_i = atan_quadrant(sin_i, g.cos_i);
@@ -40,20 +32,19 @@ vec3 oren_nayar(oren_nayar_params m, Geometry g) {
         float alpha = max(theta_i, theta_o);
         float beta = min(theta_i, theta_o);
         float sin_alpha = max(sin_i, sin_o);
-        float tan_beta = min(sin_i, sin_o) / max(g.cos_i, g.cos_o);
+        float sin_beta = min(sin_i, sin_o);
+        float cos_alpha = min(g.cos_i, g.cos_o);
+        float cos_beta = max(g.cos_i, g.cos_o);
+        float tan_beta = sin_beta / cos_beta;
         float tan_mean = (sin_i + sin_o) / (g.cos_i + g.cos_o);
         float ratio_beta = 2.0 * beta / PI;
+        // sin(alpha) - ratio^3 = (1 - ratio^3) - (1 - sin(alpha)), each of which vanishes at grazing angles.
+        float one_minus_ratio = 2.0 * atan_quadrant(cos_beta, sin_beta) / PI;
+        float one_minus_cube = one_minus_ratio * (1.0 + ratio_beta + ratio_beta * ratio_beta);
+        float one_minus_sin_alpha = cos_alpha * cos_alpha / (1.0 + sin_alpha);
 
         float c2 = 0.45 * sigma2 / (sigma2 + 0.09);
-        if (cos_dphi < 0.0) {
-            // sin_alpha - ratio^3 = (1 - ratio^3) - (1 - sin_alpha)
-            float one_minus_ratio = 2.0 * atan_quadrant(max(g.cos_i, g.cos_o), min(sin_i, sin_o)) / PI;
-            float one_minus_cube = one_minus_ratio * (1.0 + ratio_beta + ratio_beta * ratio_beta);
-            float one_minus_sin_alpha = min(one_minus_sine(g.wi, sin_i), one_minus_sine(g.wo, sin_o));
-            c2 = c2 * (one_minus_cube - one_minus_sin_alpha);
-        } else {
-            c2 = c2 * sin_alpha;
-        }
+        c2 = c2 * (cos_dphi < 0.0 ? one_minus_cube - one_minus_sin_alpha : sin_alpha);
         float ratio_product = 4.0 * alpha * beta / (PI * PI);
         float c3 = 0.125 * sigma2 / (sigma2 + 0.09) * ratio_product * ratio_product;
         rough = cos_dphi * c2 * tan_beta + one_minus_cos_dphi * c3 * tan_mean;
