@@ -66,7 +66,8 @@ class Scene:
     exposure: float = 0.0
     width: int = 512
     height: int = 512
-    samples: int = 384
+    # The lattice of directions is more even at some numbers than at others: less grain than at 320 or 336.
+    samples: int = 352
     sky: bool = True
     tone_map: ToneMap = "neutral"
 
@@ -77,7 +78,7 @@ class Scene:
             if not 1 <= value <= _SIZE_MAX:
                 raise UserError(f"`{name} = {value}` is outside [1, {_SIZE_MAX}] pixels. Choose a size in between.")
         if not 1 <= self.samples <= _SAMPLES_MAX:
-            raise UserError(f"`samples = {self.samples}` is outside [1, {_SAMPLES_MAX}]. 384 is the default.")
+            raise UserError(f"`samples = {self.samples}` is outside [1, {_SAMPLES_MAX}]. 352 is the default.")
         if not abs(self.exposure) <= _EXPOSURE_MAX:
             raise UserError(f"`exposure = {self.exposure}` stops is outside [-64, 64]. One stop doubles the light.")
         if not math.isfinite(self.rotation):

@@ -130,4 +130,4 @@ def test_a_polar_angle_beyond_half_a_turn_is_named_with_its_line(tmp_path):
     path = tmp_path / "m.csv"
     path.write_text("theta_i,theta_o,phi_o,value\n10,20,180,0.5\n400,20,180,0.5\n")
     with pytest.raises(FileError, match=r"line 3: `theta_i = 400`"):
-        read(path)
+        fitter.formats.read(path)
