@@ -10,7 +10,8 @@ A format is one module of this folder that declares
 - `read(path, **its options by name) -> Reflectance`;
 - `write(reflectance, path, force)`, if the project writes it.
 
-Nothing else has to be edited: `formats()` finds the module. Modules import nothing heavy at the
+Nothing else has to be edited: `formats()` finds the module. What several formats share, or one is long for, stands in a
+module whose name begins with an underscore. Modules import nothing heavy at the
 top.
 """
 

@@ -23,7 +23,7 @@ import numpy as np
 
 from brdf.atomic import atomic_path
 from brdf.errors import FileError, UserError
-from fitter.angular_table import AngularTable
+from fitter.formats._angular_table import AngularTable
 from fitter.reflectance import HORIZON_COSINE, Grid, Reflectance
 from fitter.rusinkiewicz import directions, half_difference
 

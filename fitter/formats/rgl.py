@@ -34,9 +34,9 @@ import os
 import numpy as np
 
 from brdf.errors import FileError
-from fitter.bilinear_warp import BilinearWarp, bilinear, patch, slice_weights
+from fitter.formats._bilinear_warp import BilinearWarp, bilinear, patch, slice_weights
+from fitter.formats._tensor_file import MAGIC, read_tensor_file
 from fitter.reflectance import HORIZON_COSINE, Reflectance
-from fitter.tensor_file import MAGIC, read_tensor_file
 
 NAME = "RGL"
 DESCRIPTION = "adaptive tensors of the EPFL RGL database (Dupuy and Jakob 2018)"
@@ -74,7 +74,7 @@ def read(path: str | os.PathLike[str]) -> Reflectance:
     fields = read_tensor_file(path)
     _check(path, fields)
     if "rgb" not in fields:
-        from fitter.spectrum import rgb_weights
+        from fitter.formats._spectrum import rgb_weights
 
         # Interpolation is linear in M, so that spectra may become colours before it.
         try:

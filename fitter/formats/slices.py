@@ -20,7 +20,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from brdf.errors import FileError
-from fitter.angular_table import AngularTable
+from fitter.formats._angular_table import AngularTable
 from fitter.reflectance import HORIZON_COSINE, Grid, Reflectance
 from fitter.rusinkiewicz import directions, half_difference
 

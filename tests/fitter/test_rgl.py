@@ -8,9 +8,9 @@ from synthetic_rgl import ORACLE, VARIANTS, fields, write_tensor_file
 
 import fitter.formats
 from brdf.errors import FileError
-from fitter.bilinear_warp import BilinearWarp
+from fitter.formats._bilinear_warp import BilinearWarp
+from fitter.formats._tensor_file import read_tensor_file
 from fitter.reflectance import Reflectance
-from fitter.tensor_file import read_tensor_file
 
 MATERIALS = [
     "aurora_white",
