@@ -207,7 +207,7 @@ def _errors(unknowns: Unknowns, y: Float[Array, " k"], samples: Samples, count: 
     """Mean absolute and root mean square difference of `log(1 + f cos_i)`, every sample counting the same."""
     model = unknowns.model(y)
 
-    def add(index: Array, total: Float[Array, 3]) -> Float[Array, 3]:
+    def add(index: Array, total: Float[Array, "3"]) -> Float[Array, "3"]:
         chunk = samples.chunk(index)
         used = (chunk.root_weight > 0).astype(y.dtype)
         distance = jnp.abs(difference(model, chunk))

@@ -57,6 +57,8 @@ def test_help_names_every_command_and_ends_in_an_example():
 def test_fit_writes_material_plot_and_report(tmp_path):
     out = run("fit", SAMPLE, "--model", "lambert+ggx", "-o", "m.json", "--plot", "m.png", cwd=tmp_path)
     assert "ggx.alpha" in out.stdout
+    assert "reading" in out.stderr
+    assert "reading" not in out.stdout
     fitted = brdf.load_material(tmp_path / "m.json").to_dict()["parameters"]
     # Oracle: the truth at the head of the sample; 3 % noise on 916 samples.
     assert fitted["ggx"]["alpha"] == pytest.approx(0.18, rel=0.01)

@@ -44,9 +44,12 @@ def pairs(texts: tuple[str, ...], option: str) -> dict[str, str]:
 
 @contextlib.contextmanager
 def progress(quiet: bool) -> Iterator[Callable[[str], None]]:
-    """A function that shows what is being done now, on stderr: a spinner on a terminal, nothing elsewhere."""
-    if quiet or not sys.stderr.isatty():
+    """A function that shows what is being done now, on stderr: a spinner on a terminal, lines in a log."""
+    if quiet:
         yield lambda sentence: None
+        return
+    if not sys.stderr.isatty():
+        yield lambda sentence: click.echo(sentence, err=True)
         return
     from rich.console import Console
 
