@@ -43,6 +43,14 @@ _DIAGONAL_MIN = 1e-14
 
 
 class _State(NamedTuple):
+    """Where the solver stands.
+
+    - `equations`: at the current point; `curvature`: the estimate of what their Hessian leaves out, and `trusted`:
+      whether it predicted the last step better than the Hessian alone.
+    - `damping`, `growth`: relative to the diagonal of the Hessian, and the factor of the next rejection.
+    - `done`: at a minimum; `failed`: not finite at the start; `stuck`: no step lowers the cost, yet a slope is left.
+    """
+
     equations: NormalEquations
     curvature: Float[Array, "k k"]
     trusted: Bool[Array, ""]
