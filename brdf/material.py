@@ -147,7 +147,18 @@ def _build_lobe(model: type[AbstractBRDF], lobe: str, given: Any) -> AbstractBRD
             values[name] = check_choice(value, options[name], lobe)
         else:
             raise UserError(f"`{name}` is not a parameter of `{lobe}`. {nearest(name, [*declared, *options])}")
-    return model(**values)
+    built = model(**values)
+    for name in given:
+        if name in declared:
+            check_live(declared[name], built, lobe)
+    return built
+
+
+def check_live(parameter: Parameter, model: AbstractBRDF, where: str) -> None:
+    """Raises `UserError`, naming the choices that it needs, for a parameter that the model's choices leave unused."""
+    if not parameter.is_live(model):
+        needed = ", ".join(f"`{choice}` = {' or '.join(options)}" for choice, options in parameter.when)
+        raise UserError(f"`{where}.{parameter.name}` has no effect here. It needs {needed}.")
 
 
 def load_material(path: str | os.PathLike[str]) -> Material:

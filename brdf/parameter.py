@@ -8,6 +8,8 @@ all read this declaration; none of them keeps a list of its own.
 from __future__ import annotations
 
 import dataclasses
+import inspect
+from collections.abc import Mapping
 from typing import Any, Literal
 
 import equinox as eqx
@@ -33,6 +35,7 @@ class Parameter:
     - `slope`: whether it is the RMS-like slope of a specular lobe. The fit scans it; the preview samples with it.
     - `starts`: values that the global start of a fit scans; a colour has none, its start is solved for.
     - `fit_square`: whether the fit's unknown is its square, for a model that is even in it.
+    - `when`: pairs of a choice and its options with which alone the parameter is live; the others ignore it.
     """
 
     name: str
@@ -45,11 +48,16 @@ class Parameter:
     slope: bool = False
     starts: tuple[float, ...] = ()
     fit_square: bool = False
+    when: tuple[tuple[str, tuple[str, ...]], ...] = ()
 
     @property
     def size(self) -> int:
         """The number of values: 1 for a scalar, 3 for a colour."""
         return 3 if self.kind == "color" else 1
+
+    def is_live(self, model: Any) -> bool:
+        """Whether the static choices of a model let it depend on the parameter."""
+        return all(getattr(model, choice) in options for choice, options in self.when)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -93,38 +101,41 @@ def scalar(
     unit: str = "1",
     starts: tuple[float, ...] = (),
     fit_square: bool = False,
+    when: Mapping[str, tuple[str, ...]] | None = None,
 ) -> Any:
     """Declares a scalar parameter of a model; see `Parameter` for the arguments."""
-    return _declare("scalar", lower, upper, default, unit, doc, False, starts or (default,), fit_square)
+    starts = starts or (default,)
+    return _declare(Parameter("", "scalar", lower, upper, default, unit, doc, False, starts, fit_square), when)
 
 
-def slope(lower: float, upper: float, default: float, doc: str) -> Any:
+def slope(
+    lower: float, upper: float, default: float, doc: str, *, when: Mapping[str, tuple[str, ...]] | None = None
+) -> Any:
     """Declares a microfacet slope parameter, conventionally called `alpha`; see `Parameter` for the arguments."""
     starts = tuple(start for start in _SLOPE_STARTS if lower <= start <= upper)
-    return _declare("scalar", lower, upper, default, "1", doc, True, starts, False)
+    return _declare(Parameter("", "scalar", lower, upper, default, "1", doc, True, starts), when)
 
 
-def color(lower: float, upper: float, default: float, doc: str, *, unit: str = "1") -> Any:
-    """Declares a colour parameter, linear Rec. 709, three channels; a single number means grey."""
-    return _declare("color", lower, upper, default, unit, doc, False, (), False)
-
-
-def _declare(
-    kind: Literal["scalar", "color"],
+def color(
     lower: float,
     upper: float,
     default: float,
-    unit: str,
     doc: str,
-    is_slope: bool,
-    starts: tuple[float, ...],
-    fit_square: bool,
+    *,
+    unit: str = "1",
+    when: Mapping[str, tuple[str, ...]] | None = None,
 ) -> Any:
-    if not lower <= default <= upper:
-        raise ValueError(f"The default `{default}` is outside its own bounds [{lower}, {upper}].")
-    declared = Parameter("", kind, lower, upper, default, unit, doc, is_slope, starts, fit_square)
-    converter = _color if kind == "color" else _floating
-    return eqx.field(default=default, converter=converter, metadata={_KEY: declared})
+    """Declares a colour parameter, linear Rec. 709, three channels; a single number means grey."""
+    return _declare(Parameter("", "color", lower, upper, default, unit, doc), when)
+
+
+def _declare(declared: Parameter, when: Mapping[str, tuple[str, ...]] | None) -> Any:
+    if not declared.lower <= declared.default <= declared.upper:
+        bounds = f"[{declared.lower}, {declared.upper}]"
+        raise ValueError(f"The default `{declared.default}` is outside its own bounds {bounds}.")
+    declared = dataclasses.replace(declared, when=tuple((when or {}).items()))
+    converter = _color if declared.kind == "color" else _floating
+    return eqx.field(default=declared.default, converter=converter, metadata={_KEY: declared})
 
 
 def choice(*options: str, doc: str) -> Any:
@@ -142,8 +153,9 @@ def _declared(model: Any, kind: type) -> list[Any]:
 
 
 def parameters(model: Any) -> tuple[Parameter, ...]:
-    """The continuous parameters of a model class or instance, in the order of their declaration."""
-    return tuple(_declared(model, Parameter))
+    """The continuous parameters in the order of their declaration: all of a model class, the live ones of a model."""
+    found = _declared(model, Parameter)
+    return tuple(found if inspect.isclass(model) else [one for one in found if one.is_live(model)])
 
 
 def choices(model: Any) -> tuple[Choice, ...]:

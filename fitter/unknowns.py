@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from brdf.errors import UserError
-from brdf.material import check_choice, check_parameter
+from brdf.material import check_choice, check_live, check_parameter
 from brdf.model import AbstractBRDF
 from brdf.parameter import Parameter, choices, parameters
 from brdf.registry import combine, nearest, split
@@ -135,15 +135,18 @@ def choose(model: AbstractBRDF, fixed: Mapping[str, Any]) -> Unknowns:
     """
     lobes = split(model)
     held: set[tuple[str, str]] = set()
-    for key, value in fixed.items():
-        lobe, name = _find(lobes, key)
-        declared = {p.name: p for p in parameters(lobes[lobe])}
-        if name in declared:
-            value = check_parameter(value, declared[name], lobe)
+    named = [(*_find(lobes, key), value) for key, value in fixed.items()]
+    # Choices first: they decide which parameters there are.
+    for lobe, name, value in named:
+        chosen = next((c for c in choices(lobes[lobe]) if c.name == name), None)
+        if chosen is not None:
+            lobes[lobe] = dataclasses.replace(lobes[lobe], **{name: check_choice(value, chosen, lobe)})
+    for lobe, name, value in named:
+        declared = next((p for p in parameters(type(lobes[lobe])) if p.name == name), None)
+        if declared is not None:
+            check_live(declared, lobes[lobe], lobe)
+            lobes[lobe] = dataclasses.replace(lobes[lobe], **{name: check_parameter(value, declared, lobe)})
             held.add((lobe, name))
-        else:
-            value = check_choice(value, next(c for c in choices(lobes[lobe]) if c.name == name), lobe)
-        lobes[lobe] = dataclasses.replace(lobes[lobe], **{name: value})
     free, offset = [], 0
     for lobe, part in lobes.items():
         for parameter in parameters(part):
@@ -154,7 +157,7 @@ def choose(model: AbstractBRDF, fixed: Mapping[str, Any]) -> Unknowns:
 
 
 def _find(lobes: Mapping[str, AbstractBRDF], key: str) -> tuple[str, str]:
-    known = [(lobe, field.name) for lobe, part in lobes.items() for field in (*parameters(part), *choices(part))]
+    known = [(lobe, field.name) for lobe, part in lobes.items() for field in (*parameters(type(part)), *choices(part))]
     found = [(lobe, name) for lobe, name in known if key in (name, f"{lobe}.{name}")]
     if len(found) == 1:
         return found[0]

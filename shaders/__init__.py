@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from .environment import Environment as Environment
     from .environment import load_environment as load_environment
     from .evaluation import evaluate as evaluate
+    from .evaluation import pdf as pdf
+    from .evaluation import sample as sample
     from .exr import write_exr as write_exr
     from .image import Image as Image
     from .image import write_png as write_png
@@ -37,7 +39,9 @@ _PUBLIC = {
     "describe": "context",
     "evaluate": "evaluation",
     "load_environment": "environment",
+    "pdf": "evaluation",
     "render": "renderer",
+    "sample": "evaluation",
     "sphere": "mesh",
     "write_exr": "exr",
     "write_png": "image",

@@ -1,4 +1,4 @@
-"""The GLSL twin of a model on a batch of directions: for parity tests, slices and `brdf evaluate --gpu`."""
+"""The GLSL twin of a model on a batch of directions: for parity tests, `brdf evaluate --gpu` and `brdf stress`."""
 
 from __future__ import annotations
 
@@ -18,6 +18,18 @@ _GROUP = 64  # local_size_x in pass/evaluate.comp
 _CHUNK = 1 << 20
 
 
+# What pass/evaluate.comp includes as "result".
+_VALUE = """#include "material"
+vec3 result(vec3 wi, vec3 wo) { return brdf(wi, wo); }
+"""
+_SAMPLE = """#include "mixture.glsl"
+vec3 result(vec3 u, vec3 wo) { return sample_brdf(wo, u); }
+"""
+_PDF = """#include "mixture.glsl"
+vec3 result(vec3 wi, vec3 wo) { return vec3(above_horizon(wi, wo) ? pdf_brdf(geometry(wi, wo)) : 0.0); }
+"""
+
+
 def evaluate(model: AbstractBRDF, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.float32]:
     """The values of a model as the preview computes them, in float32 on the GPU.
 
@@ -32,6 +44,28 @@ def evaluate(model: AbstractBRDF, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.fl
 
     Raises `UserError` when the shapes are not (n, 3) twice, or when there is no OpenGL 4.3.
     """
+    return _run(_VALUE, model, wi, wo)
+
+
+def sample(model: AbstractBRDF, wo: ArrayLike, u: ArrayLike) -> NDArray[np.float32]:
+    """Directions to the light drawn for a model, see `brdf.AbstractBRDF.sample`; in float32 on the GPU.
+
+    **Arguments:**
+
+    - `wo`: shape (n, 3), unit, to the viewer, above the horizon.
+    - `u`: shape (n, 3), uniform in [0, 1).
+
+    **Returns:** shape (n, 3), unit. Raises `UserError` as `evaluate` does.
+    """
+    return _run(_SAMPLE, model, u, wo)
+
+
+def pdf(model: AbstractBRDF, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.float32]:
+    """The density of `sample` in 1/sr, shape (n,); arguments and errors as `evaluate`."""
+    return _run(_PDF, model, wi, wo)[:, 0]
+
+
+def _run(result: str, model: AbstractBRDF, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.float32]:
     incident = np.ascontiguousarray(wi, np.float32)
     outgoing = np.ascontiguousarray(wo, np.float32)
     if incident.ndim != 2 or incident.shape[1] != 3 or incident.shape != outgoing.shape:
@@ -40,7 +74,7 @@ def evaluate(model: AbstractBRDF, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.fl
     if len(incident) == 0:
         return values
     ctx = device().ctx
-    program = programs().compute("pass/evaluate.comp", {}, {"material": glsl(model)})
+    program = programs().compute("pass/evaluate.comp", {}, {"material": glsl(model), "result": result})
     chunk = min(len(incident), _CHUNK)
     block = ctx.buffer(pack(model))
     buffers = [ctx.buffer(reserve=12 * chunk) for _ in range(3)]

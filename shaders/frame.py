@@ -37,7 +37,7 @@ class Frame:
     """The state of one rendering.
 
     - `frames`: how often the jittered passes run.
-    - `samples_per_frame`: light samples in each from the cosine, from the environment, and from each slope.
+    - `samples_per_frame`: light samples in each from the cosine, from the environment, and from each lobe.
     - `draws`: how often a tile was drawn so far.
     """
 

@@ -2,18 +2,19 @@
 
 For `lambert+ggx` the generated text, which a shader includes as `"material"`, reads in essence:
 
-    #define GGX_MASKING_SMITH 0
-    #define GGX_MASKING_SMITH_SEPARABLE 1
+    #define MASKING_SMITH 0
+    #define MASKING_SMITH_SEPARABLE 1
     struct lambert_params { vec3 albedo; };
-    struct ggx_params { vec3 f0; float alpha; int masking; };
+    struct ggx_params { vec3 f0; ... float alpha; ... int masking; ... };
     #include "brdf/lambert.glsl"
     #include "brdf/ggx.glsl"
     layout(std140, binding = 0) uniform Material { vec3 lambert_albedo; vec3 ggx_f0; float ggx_alpha; };
-    vec3 lobes(Geometry g) { ... lambert(...) + ggx(ggx_params(ggx_f0, ggx_alpha, GGX_MASKING_SMITH), g) ... }
+    vec3 lobes(Geometry g) { ... lambert(...) + ggx(ggx_params(ggx_f0, ..., MASKING_SMITH), g) ... }
     vec3 brdf(vec3 wi, vec3 wo) { ... lobes(geometry(wi, wo)) ... }
 
-A static choice enters as a literal: two lobes of one model may choose differently, and the compiler removes what was
-not chosen. The values live in the block: a new value never compiles anything.
+A static choice enters as a literal, and so does a parameter that the choices leave unused: two lobes of one model may
+choose differently, and the compiler removes what was not chosen. The values live in the block: a new value never
+compiles anything.
 """
 
 from __future__ import annotations
@@ -21,11 +22,15 @@ from __future__ import annotations
 import dataclasses
 import struct
 
+import jax.numpy as jnp
 import numpy as np
 
+from brdf.chebyshev import Chebyshev
 from brdf.model import AbstractBRDF
 from brdf.parameter import Parameter, choices, parameters
 from brdf.registry import name_of, split
+
+from .table_text import table_text
 
 # Where the block is bound.
 BINDING = 0
@@ -81,24 +86,24 @@ def pack(model: AbstractBRDF) -> bytes:
     return bytes(block)
 
 
-def slopes(model: AbstractBRDF) -> tuple[Member, ...]:
-    """The block members that are slopes of specular lobes: each gives the preview one way to sample light."""
-    return tuple(member for member in members(model) if member.parameter.slope)
+def proposal_count(model: AbstractBRDF) -> int:
+    """The number of specular lobes that the model proposes to sample, all lobes of a sum together."""
+    return len(model.proposals(jnp.asarray(1.0)).specular)
 
 
 def glsl(model: AbstractBRDF) -> str:
     """The generated text of a model; it depends on lobes and choices, never on values.
 
-    It defines `vec3 lobes(Geometry g)`, `vec3 brdf(vec3 wi, vec3 wo)` in 1/sr without the cosine, the macro
-    `PROPOSALS`, the number of slopes, and `float proposal_slope(int i)`.
+    It defines, with directions in the local frame and values in 1/sr without the cosine,
+
+    - `vec3 lobes(Geometry g)` and `vec3 brdf(vec3 wi, vec3 wo)`,
+    - `PROPOSALS`, `float diffuse_proposal(float cos_o)` and `SpecularLobe specular_proposal(int i, float cos_o)`.
     """
     lobes = split(model)
     by_model = {name_of(lobe): lobe for lobe in lobes.values()}
-    lines: list[str] = []
+    lines = [*_defines(lobes), '#include "proposals.glsl"', *_tables(lobes)]
     for name, lobe in by_model.items():
-        lines += _defines(name, lobe)
-        lines.append(_params_struct(name, lobe))
-        lines.append(f'#include "brdf/{name}.glsl"')
+        lines += [_params_struct(name, lobe), f'#include "brdf/{name}.glsl"']
     lines.append(_block(model))
     calls = [f"{name_of(lobe)}({_params_value(name, lobe)}, g)" for name, lobe in lobes.items()]
     lines += ["vec3 lobes(Geometry g) {", f"    vec3 total = {calls[0]};"]
@@ -109,33 +114,54 @@ def glsl(model: AbstractBRDF) -> str:
         "    if (!above_horizon(wi, wo)) {",
         "        return vec3(0.0);",
         "    }",
+        "    return lobes(geometry(wi, wo));",
+        "}",
     ]
-    lines += ["    return lobes(geometry(wi, wo));", "}"]
-    lines += _proposals(model)
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, *_proposals(lobes)]) + "\n"
 
 
-def _define(model_name: str, choice_name: str, option: str) -> str:
-    return f"{model_name}_{choice_name}_{option}".upper()
-
-
-def _defines(name: str, lobe: AbstractBRDF) -> list[str]:
+def _defines(lobes: dict[str, AbstractBRDF]) -> list[str]:
+    """A number for every option; models that share a choice by name and option share the number."""
+    options: dict[str, list[str]] = {}
+    for lobe in lobes.values():
+        for choice in choices(lobe):
+            known = options.setdefault(choice.name, [])
+            known += [option for option in choice.options if option not in known]
     return [
-        f"#define {_define(name, choice.name, option)} {number}"
-        for choice in choices(lobe)
-        for number, option in enumerate(choice.options)
+        f"#define {_define(choice, option)} {number}"
+        for choice, known in options.items()
+        for number, option in enumerate(known)
     ]
+
+
+def _define(choice_name: str, option: str) -> str:
+    return f"{choice_name}_{option}".upper()
+
+
+def _tables(lobes: dict[str, AbstractBRDF]) -> list[str]:
+    """The tables of all lobes as functions, the real one where any lobe uses it."""
+    found: dict[str, Chebyshev | None] = {}
+    for lobe in lobes.values():
+        for name, table in lobe.tables().items():
+            found[name] = found.get(name) or table
+    return [table_text(name, table) for name, table in found.items()]
 
 
 def _params_struct(name: str, lobe: AbstractBRDF) -> str:
-    fields = [f"{_GLSL_TYPE[parameter.kind]} {parameter.name};" for parameter in parameters(lobe)]
+    fields = [f"{_GLSL_TYPE[parameter.kind]} {parameter.name};" for parameter in parameters(type(lobe))]
     fields += [f"int {choice.name};" for choice in choices(lobe)]
     return f"struct {name}_params {{ {' '.join(fields)} }};"
 
 
 def _params_value(lobe_name: str, lobe: AbstractBRDF) -> str:
-    values = [f"{lobe_name}_{parameter.name}" for parameter in parameters(lobe)]
-    values += [_define(name_of(lobe), choice.name, getattr(lobe, choice.name)) for choice in choices(lobe)]
+    """The struct's value: members of the block, and a constant for what the choices leave unused."""
+    values = [
+        f"{lobe_name}_{parameter.name}"
+        if parameter.is_live(lobe)
+        else f"{_GLSL_TYPE[parameter.kind]}({parameter.default:.9e})"
+        for parameter in parameters(type(lobe))
+    ]
+    values += [_define(choice.name, getattr(lobe, choice.name)) for choice in choices(lobe)]
     return f"{name_of(lobe)}_params({', '.join(values)})"
 
 
@@ -144,9 +170,12 @@ def _block(model: AbstractBRDF) -> str:
     return f"layout(std140, binding = {BINDING}) uniform Material {{ {' '.join(fields)} }};" if fields else ""
 
 
-def _proposals(model: AbstractBRDF) -> list[str]:
-    """The slopes as a chain of comparisons, which a compiler folds when the loop over them is unrolled."""
-    names = [member.name for member in slopes(model)]
-    lines = [f"#define PROPOSALS {len(names)}", "float proposal_slope(int i) {"]
-    lines += [f"    if (i == {number}) {{ return {name}; }}" for number, name in enumerate(names[:-1])]
-    return [*lines, f"    return {names[-1] if names else '1.0'};", "}"]
+def _proposals(lobes: dict[str, AbstractBRDF]) -> list[str]:
+    """The specular lobes as a chain of comparisons, which a compiler folds when the loop over them is unrolled."""
+    calls = {name: f"{name_of(lobe)}_proposals({_params_value(name, lobe)}, cos_o)" for name, lobe in lobes.items()}
+    total = " + ".join(f"{call}.diffuse" for call in calls.values())
+    lines = ["float diffuse_proposal(float cos_o) {", f"    return {total};", "}"]
+    specular = [f"{calls[name]}.specular[{n}]" for name, lobe in lobes.items() for n in range(proposal_count(lobe))]
+    lines += [f"#define PROPOSALS {len(specular)}", "SpecularLobe specular_proposal(int i, float cos_o) {"]
+    lines += [f"    if (i == {number}) {{ return {one}; }}" for number, one in enumerate(specular)]
+    return [*lines, "    return no_proposals().specular[0];", "}"]

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from .context import check, device
 from .frame import Frame, check_size
 from .image import Image
-from .material_block import slopes
+from .material_block import proposal_count
 from .passes import PASSES
 from .plan import FramePlan, plan
 from .program import programs
 from .scene import Scene
 
-# Light samples in one jittered frame from the cosine, from the environment, and from each slope.
+# Light samples in one jittered frame from the cosine, from the environment, and from each lobe.
 _SAMPLES_PER_FRAME = (4, 4, 8)
 
 
@@ -27,9 +27,9 @@ def plan_of(scene: Scene) -> FramePlan:
 
 
 def samples_in_frame(scene: Scene) -> int:
-    """The light samples of one pixel in one jittered frame, for the part with the most slopes."""
-    cosine, light, slope = _SAMPLES_PER_FRAME
-    return cosine + light + slope * max(len(slopes(part.material)) for part in scene.parts)
+    """The light samples of one pixel in one jittered frame, for the part with the most specular lobes."""
+    cosine, light, lobe = _SAMPLES_PER_FRAME
+    return cosine + light + lobe * max(proposal_count(part.material) for part in scene.parts)
 
 
 def render(scene: Scene) -> Image:

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import jax.numpy as jnp
 
-from ..frame import Geometry
-from ..model import AbstractBRDF, Color
+from ..frame import Color, Geometry, Scalar
+from ..model import AbstractBRDF
 from ..parameter import color
+from ..sampling import Proposals
 
 
 class Lambert(AbstractBRDF):
@@ -21,3 +22,6 @@ class Lambert(AbstractBRDF):
 
     def reflect(self, g: Geometry) -> Color:
         return self.albedo / jnp.pi + 0 * g.cos_i
+
+    def proposals(self, cos_o: Scalar) -> Proposals:
+        return Proposals(jnp.mean(self.albedo), ())

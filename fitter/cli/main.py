@@ -41,7 +41,9 @@ def cli() -> None:
 def main() -> None:
     """Entry point. Exit status: 0 done, 1 failed, 2 wrong usage."""
     try:
-        cli(prog_name="brdf", standalone_mode=False)
+        # click returns the status of a command that leaves through its context.
+        status = cli(prog_name="brdf", standalone_mode=False)
+        sys.exit(status if isinstance(status, int) else 0)
     except click.ClickException as error:
         error.show()
         sys.exit(error.exit_code)

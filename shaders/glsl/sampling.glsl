@@ -10,6 +10,7 @@
 
 #include "common.glsl"
 #include "distributions.glsl"
+#include "proposals.glsl"
 
 // A hash of three integers (Jarzynski and Olano 2020, listing of pcg3d).
 uvec3 pcg3d(uvec3 v) {
@@ -63,7 +64,7 @@ vec3 sample_cosine(vec2 u) {
     return vec3(radius * cos(phi), radius * sin(phi), sqrt(1.0 - u.x));
 }
 
-// The scale of the spherical cap's bound (Eto and Tokuyoshi 2023, eq. 5).
+// The scale of the spherical cap's bound (Eto and Tokuyoshi 2023, eq. 5); alpha is the smaller slope.
 float cap_bound(vec3 wo, float alpha) {
     float a2 = alpha * alpha;
     float s = 1.0 + length(wo.xy);
@@ -71,23 +72,47 @@ float cap_bound(vec3 wo, float alpha) {
     return (1.0 - a2) * s2 / (s2 + a2 * wo.z * wo.z);
 }
 
-// A direction wi that mirrors wo, above the horizon, about a visible normal of GGX, for alpha <= 1; it may end below
-// the horizon (Eto and Tokuyoshi 2023).
-vec3 sample_ggx(vec3 wo, float alpha, vec2 u) {
-    vec3 wo_standard = normalize(vec3(alpha * wo.xy, wo.z));
+// A direction wi that mirrors wo, above the horizon, about a visible normal of GGX, for slopes in [1e-4, 1]; it may end
+// below the horizon (Eto and Tokuyoshi 2023).
+vec3 sample_ggx(vec3 wo, float alpha_x, float alpha_y, vec2 u) {
+    vec3 wo_standard = normalize(vec3(alpha_x * wo.x, alpha_y * wo.y, wo.z));
     float phi = 2.0 * PI * u.x;
-    float bound = cap_bound(wo, alpha) * wo_standard.z;
+    float bound = cap_bound(wo, min(alpha_x, alpha_y)) * wo_standard.z;
     // In (-bound, 1]: the cap of directions that the standard hemisphere can reflect to.
     float z = (1.0 - u.y) * (1.0 + bound) - bound;
     float sine = sqrt(max(1.0 - z * z, 0.0));
     vec3 m_standard = wo_standard + vec3(sine * cos(phi), sine * sin(phi), z);
     // m_standard is zero only for a point exactly opposite to wo_standard, which the bound excludes.
-    vec3 m = normalize(vec3(alpha * m_standard.xy, m_standard.z));
+    vec3 m = normalize(vec3(alpha_x * m_standard.x, alpha_y * m_standard.y, m_standard.z));
     return normalize(2.0 * dot(wo, m) * m - wo);
 }
 
 // The density of sample_ggx (Eto and Tokuyoshi 2023, eq. 8).
-float pdf_ggx(Geometry g, float alpha) {
-    float t = sqrt(alpha * alpha * g.sin2_o + g.cos_o * g.cos_o);
-    return d_ggx(g, alpha) / (2.0 * (cap_bound(g.wo, alpha) * g.cos_o + t));
+float pdf_ggx(Geometry g, float alpha_x, float alpha_y) {
+    float t = sqrt(alpha_sin2(g.wo, alpha_x, alpha_y) + g.cos_o * g.cos_o);
+    return d_ggx(g, alpha_x, alpha_y) / (2.0 * (cap_bound(g.wo, min(alpha_x, alpha_y)) * g.cos_o + t));
+}
+
+// The slopes of a specular lobe, brought into the range that the cap's bound allows.
+vec2 lobe_slopes(SpecularLobe lobe) {
+    return clamp(vec2(lobe.alpha_x, lobe.alpha_y), 1e-4, 1.0);
+}
+
+vec3 sample_lobe(SpecularLobe lobe, vec3 wo, vec2 u) {
+    vec2 alpha = lobe_slopes(lobe);
+    if (lobe.rotation == 0.0) {
+        return sample_ggx(wo, alpha.x, alpha.y, u);
+    }
+    float s = sin_compensated(lobe.rotation).x;
+    float c = sin_compensated(0.5 * PI - abs(lobe.rotation)).x;
+    vec3 w = sample_ggx(vec3(c * wo.x + s * wo.y, c * wo.y - s * wo.x, wo.z), alpha.x, alpha.y, u);
+    return vec3(c * w.x - s * w.y, c * w.y + s * w.x, w.z);
+}
+
+float pdf_lobe(SpecularLobe lobe, Geometry g) {
+    vec2 alpha = lobe_slopes(lobe);
+    if (lobe.rotation != 0.0) {
+        g = turned(g, lobe.rotation);
+    }
+    return pdf_ggx(g, alpha.x, alpha.y);
 }

@@ -42,24 +42,56 @@ def pairs(seed: int, count: int) -> tuple[np.ndarray, np.ndarray]:
     return wi, np.where((kind == 5)[:, None], opposite, wo)
 
 
-def models(expression: str, seed: int, count: int) -> list[AbstractBRDF]:
-    """Models of a structure with parameters at the corners of their bounds and between them, and every choice."""
-    rng = np.random.default_rng(seed)
-    found = [build(expression)]
-    while len(found) < count:
-        lobes = {}
-        for lobe, model in split(found[0]).items():
-            values: dict[str, object] = {}
-            for p in parameters(model):
-                corner = rng.choice([p.lower, p.upper], p.size)
-                # Slopes matter by their order of magnitude.
-                low = np.log(max(p.lower, 1e-12))
-                inner = np.exp(rng.uniform(low, np.log(p.upper), p.size)) if p.slope else None
-                inner = rng.uniform(p.lower, p.upper, p.size) if inner is None else inner
-                value = np.where(rng.random(p.size) < 0.3, corner, inner)
-                values[p.name] = value if p.size == 3 else value[0]
-            for c in choices(model):
-                values[c.name] = str(rng.choice(c.options))
-            lobes[lobe] = dataclasses.replace(model, **values)
-        found.append(combine(lobes))
+def structures(expression: str) -> list[AbstractBRDF]:
+    """Models at their defaults whose static choices together hold every option of every choice."""
+    base = split(build(expression))
+    rounds = max((len(c.options) for model in base.values() for c in choices(model)), default=1)
+    found = []
+    for number in range(rounds if len(base) == 1 else 1):
+        chosen = {
+            lobe: {c.name: c.options[number % len(c.options)] for c in choices(model)} for lobe, model in base.items()
+        }
+        found.append(combine({lobe: dataclasses.replace(model, **chosen[lobe]) for lobe, model in base.items()}))
     return found
+
+
+def inside(model: AbstractBRDF, rng: np.random.Generator, corners: float) -> AbstractBRDF:
+    """The model with random parameters, each at a bound with the probability `corners`."""
+    lobes = {}
+    for lobe, part in split(model).items():
+        values: dict[str, object] = {}
+        for p in parameters(type(part)):
+            corner = rng.choice([p.lower, p.upper], p.size)
+            # Slopes and exponents matter by their order of magnitude.
+            if p.lower > 0 and p.upper > 1e3 * p.lower:
+                inner = np.exp(rng.uniform(np.log(p.lower), np.log(p.upper), p.size))
+            else:
+                inner = rng.uniform(p.lower, p.upper, p.size)
+            value = np.where(rng.random(p.size) < corners, corner, inner)
+            values[p.name] = value if p.size == 3 else value[0]
+        lobes[lobe] = dataclasses.replace(part, **values)
+    return combine(lobes)
+
+
+def broad(model: AbstractBRDF) -> AbstractBRDF:
+    """The model with no lobe narrower than a grid of a few hundred directions resolves."""
+    lobes = {}
+    for lobe, part in split(model).items():
+        values: dict[str, object] = {}
+        for p in parameters(type(part)):
+            value = getattr(part, p.name)
+            if p.slope or "roughness" in p.name:
+                values[p.name] = np.maximum(value, 0.15 if p.slope else 0.4)
+            elif "exponent" in p.name:
+                values[p.name] = np.minimum(value, 80.0)
+            elif p.name in ("clearcoat_gloss",):
+                values[p.name] = np.zeros_like(value)
+        lobes[lobe] = dataclasses.replace(part, **values)
+    return combine(lobes)
+
+
+def models(expression: str, seed: int, count: int) -> list[AbstractBRDF]:
+    """At least `count` models: every structure of `structures`, with parameters at their bounds and between them."""
+    rng = np.random.default_rng(seed)
+    known = structures(expression)
+    return [inside(known[n % len(known)], rng, 0.3) for n in range(max(count, len(known)))]

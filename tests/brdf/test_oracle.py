@@ -27,18 +27,18 @@ def test_oren_nayar_equals_brdf_explorer(shared):
 
 
 def test_ggx_distribution_equals_brdf_explorer(shared):
-    compare(shared, "d_ggx", lambda p, wi, wo: d_ggx(geometry(wi, wo), p[0]), 1e-9)
+    compare(shared, "d_ggx", lambda p, wi, wo: d_ggx(geometry(wi, wo), p[0], p[0]), 1e-9)
 
 
 def test_beckmann_distribution_equals_brdf_explorer(shared):
     # Far in the tail the table's own numbers are subnormal.
-    compare(shared, "d_beckmann", lambda p, wi, wo: d_beckmann(geometry(wi, wo), p[0]), 1e-9, floor=1e-280)
+    compare(shared, "d_beckmann", lambda p, wi, wo: d_beckmann(geometry(wi, wo), p[0], p[0]), 1e-9, floor=1e-280)
 
 
 def test_separable_smith_masking_equals_brdf_explorer(shared):
     def value(p, wi, wo):
         g = geometry(wi, wo)
-        lambdas = (cos_lambda_ggx(c, s, p[0]) for c, s in ((g.cos_i, g.sin2_i), (g.cos_o, g.sin2_o)))
+        lambdas = (cos_lambda_ggx(c, p[0] * p[0] * s) for c, s in ((g.cos_i, g.sin2_i), (g.cos_o, g.sin2_o)))
         # The table holds G / (cos_i cos_o).
         return 4 * v_smith_separable(g, *lambdas)
 

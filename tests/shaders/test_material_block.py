@@ -15,7 +15,7 @@ import brdf
 from brdf.model import AbstractBRDF
 from brdf.parameter import choices, parameters
 from brdf.registry import combine, lobe_models, split
-from shaders.material_block import BINDING, block_size, glsl, members, pack, slopes
+from shaders.material_block import BINDING, block_size, glsl, members, pack, proposal_count
 
 EXPRESSIONS = [*brdf.MODELS, "lambert+ggx", "oren_nayar+beckmann+ggx", "ggx+ggx+lambert+oren_nayar+ggx"]
 
@@ -79,8 +79,20 @@ def test_the_text_depends_on_choices_and_not_on_values():
     assert glsl(ggx()) != glsl(ggx(masking=option))
 
 
-def test_slopes_follow_from_the_declaration():
-    found = [member.name for member in slopes(brdf.build("lambert+ggx+beckmann+ggx"))]
-    assert found == ["ggx_alpha", "beckmann_alpha", "ggx_2_alpha"]
-    assert slopes(brdf.build("oren_nayar")) == ()
+def test_parameters_that_the_choices_leave_unused_are_not_in_the_block():
+    names = {member.name for member in members(brdf.MODELS["ggx"](fresnel="conductor"))}
+    assert names == {"ggx_eta", "ggx_k", "ggx_alpha"}
+
+
+def test_tables_are_real_only_where_a_lobe_uses_them():
+    ggx = brdf.MODELS["ggx"]
+    assert "ggx_loss(float x, float y) { return 0.0; }" in glsl(ggx())
+    both = combine({"ggx": ggx(), "ggx_2": ggx(energy="multiple")})
+    assert "ggx_loss(float x, float y) { return 0.0; }" not in glsl(both)
+    assert glsl(both).count("float ggx_loss(") == 1
+
+
+def test_every_specular_lobe_is_proposed():
+    assert proposal_count(brdf.build("lambert+ggx+beckmann+ggx")) == 3
+    assert proposal_count(brdf.build("oren_nayar")) == 0
     assert list(lobe_models("ggx+ggx")) == ["ggx", "ggx_2"]

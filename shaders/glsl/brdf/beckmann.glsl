@@ -1,17 +1,39 @@
-// Beckmann microfacets: f = D(theta_h) V(wi, wo) F(theta_d). The twin of this file is brdf/models/beckmann.py, which
-// holds the references.
+// Beckmann microfacets: f = D(theta_h) V(wi, wo) F(theta_d). The twin of this file is brdf/models/beckmann.py, which holds
+// the references.
 
 #include "common.glsl"
 #include "distributions.glsl"
-#include "fresnel.glsl"
-#include "masking.glsl"
+#include "microfacet.glsl"
+#include "proposals.glsl"
 
 vec3 beckmann(beckmann_params m, Geometry g) {
-    vec2 d = d_beckmann(g, m.alpha);
-    float cos_lambda_i = cos_lambda_beckmann(g.cos_i, g.sin2_i, m.alpha);
-    float cos_lambda_o = cos_lambda_beckmann(g.cos_o, g.sin2_o, m.alpha);
-    float v = m.masking == BECKMANN_MASKING_SMITH ? v_smith(g, cos_lambda_i, cos_lambda_o)
-                                                  : v_smith_separable(g, cos_lambda_i, cos_lambda_o);
-    vec3 f = f_schlick(m.f0, g.one_minus_cos_d);
-    return (d.x * v * f) * d.y;
+    Geometry local = g;
+    if (IS_ANISOTROPIC(m)) {
+        local = turned(g, m.rotation);
+    }
+    vec2 slopes = SLOPES(m);
+    vec2 d = d_beckmann(local, slopes.x, slopes.y);
+    float cos_lambda_i = cos_lambda_beckmann(g.cos_i, alpha_sin2(local.wi, slopes.x, slopes.y));
+    float cos_lambda_o = cos_lambda_beckmann(g.cos_o, alpha_sin2(local.wo, slopes.x, slopes.y));
+    float v = visibility(m.masking, g, cos_lambda_i, cos_lambda_o, MEAN_SLOPE(m));
+    Fresnel fresnel = FRESNEL_OF(m);
+    vec3 f = fresnel_reflectance(fresnel, g.cos_d, g.one_minus_cos_d);
+    vec3 value = (d.x * v * f) * d.y;
+    if (m.energy == ENERGY_MULTIPLE) {
+        float alpha = MEAN_SLOPE(m);
+        float loss_i = beckmann_loss(reduced_cos(g.cos_i, alpha), alpha);
+        float loss_o = beckmann_loss(reduced_cos(g.cos_o, alpha), alpha);
+        value += multiple_scattering(fresnel, loss_i, loss_o, beckmann_mean_loss(alpha));
+    }
+    return value;
+}
+
+Proposals beckmann_proposals(beckmann_params m, float cos_o) {
+    vec2 slopes = SLOPES(m);
+    float alpha = MEAN_SLOPE(m);
+    float weight = channel_mean(fresnel_reflectance(FRESNEL_OF(m), cos_o, 1.0 - cos_o));
+    Proposals p = no_proposals();
+    p.diffuse = m.energy == ENERGY_MULTIPLE ? (1e-3 + alpha * alpha) * weight : 0.0;
+    p.specular[0] = SpecularLobe(weight, slopes.x, slopes.y, IS_ANISOTROPIC(m) ? m.rotation : 0.0);
+    return p;
 }

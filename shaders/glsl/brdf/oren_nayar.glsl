@@ -1,7 +1,7 @@
-// Oren and Nayar's rough diffuse reflector, full 1994 form with interreflection. The twin of this file is
-// brdf/models/oren_nayar.py, which holds the formula.
+// Oren and Nayar's rough diffuse reflector, the full 1994 form with interreflection or the qualitative one without. The
+// twin of this file is brdf/models/oren_nayar.py, which holds the formulas.
 //
-// - Oren, Nayar 1994, "Generalization of Lambert's Reflectance Model", section 4.4.
+// - Oren, Nayar 1994, "Generalization of Lambert's Reflectance Model", section 4.4 and its qualitative model.
 //
 // Where both directions graze the surface, tan_beta and tan_mean are huge and their factors vanish: those are computed
 // here as differences that float32 holds.
@@ -9,11 +9,27 @@
 #include "common.glsl"
 #include "compensated.glsl"
 #include "elementary.glsl"
+#include "proposals.glsl"
 
 // Smallest product of squared sines at which an azimuth is computed: below it both of its terms round to zero.
 const float OREN_NAYAR_SIN2_MIN = 1e-20;
 
-vec3 oren_nayar(oren_nayar_params m, Geometry g) {
+// wi . wo in the tangent plane: where both directions graze the surface, a tangent multiplies the rounding of a plain
+// dot product.
+float oren_nayar_dot_xy(Geometry g) {
+    return difference_of_products(g.wi.x, g.wo.x, -g.wi.y, g.wo.y);
+}
+
+vec3 oren_nayar_qualitative(oren_nayar_params m, Geometry g) {
+    float sigma2 = m.sigma * m.sigma;
+    float a = 1.0 - 0.5 * sigma2 / (sigma2 + 0.33);
+    float b = 0.45 * sigma2 / (sigma2 + 0.09);
+    // cos(dphi) sin(alpha) tan(beta)
+    float rough = oren_nayar_dot_xy(g) / max(g.cos_i, g.cos_o);
+    return m.albedo / PI * (a + b * max(rough, 0.0));
+}
+
+vec3 oren_nayar_full(oren_nayar_params m, Geometry g) {
     vec3 rho = m.albedo;
     float sigma2 = m.sigma * m.sigma;
     float c1 = 1.0 - 0.5 * sigma2 / (sigma2 + 0.33);
@@ -22,7 +38,7 @@ vec3 oren_nayar(oren_nayar_params m, Geometry g) {
     if (g.sin2_i * g.sin2_o > OREN_NAYAR_SIN2_MIN) {
         float sin_i = sqrt(g.sin2_i);
         float sin_o = sqrt(g.sin2_o);
-        float cos_dphi = clamp(g.dot_xy / (sin_i * sin_o), -1.0, 1.0);
+        float cos_dphi = clamp(oren_nayar_dot_xy(g) / (sin_i * sin_o), -1.0, 1.0);
         // 1 - |cos| = sin^2 / (1 + |cos|), with the sine from the cross product.
         float sin_dphi = difference_of_products(g.wi.x, g.wo.y, g.wi.y, g.wo.x) / (sin_i * sin_o);
         float one_minus_cos_dphi = sin_dphi * sin_dphi / (1.0 + abs(cos_dphi));
@@ -53,4 +69,14 @@ vec3 oren_nayar(oren_nayar_params m, Geometry g) {
     float bounce = 0.17 * sigma2 / (sigma2 + 0.13) * (1.0 - azimuth);
     float direct = c1 + rough;
     return rho / PI * max(direct + rho * bounce, 0.0);
+}
+
+vec3 oren_nayar(oren_nayar_params m, Geometry g) {
+    return m.form == FORM_FULL ? oren_nayar_full(m, g) : oren_nayar_qualitative(m, g);
+}
+
+Proposals oren_nayar_proposals(oren_nayar_params m, float cos_o) {
+    Proposals p = no_proposals();
+    p.diffuse = channel_mean(m.albedo);
+    return p;
 }

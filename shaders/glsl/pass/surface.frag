@@ -1,9 +1,8 @@
 // A surface lit by the environment, right for any model: multiple importance sampling with the balance heuristic over
-// a fixed number of samples from each of these densities: cosine, environment, and one GGX per slope of the model's
-// lobes. The sum is unbiased whatever the slopes are; they only decide how noisy it is.
+// a fixed number of samples from each of these densities: cosine, environment, and every specular lobe that the material
+// proposes. The sum is unbiased whatever the proposals are; they only decide how noisy it is.
 //
 // - Veach, Guibas 1995, "Optimally Combining Sampling Techniques for Monte Carlo Rendering".
-// - Duff et al. 2017, "Building an Orthonormal Basis, Revisited", JCGT 6(1).
 
 #include "material"
 #include "environment.glsl"
@@ -19,24 +18,17 @@ in vec3 world_normal;
 
 uniform vec3 camera_position;
 uniform mat3 world_to_environment;
-// Samples in this frame from the cosine, from the environment and from each slope, the frame's number and how many there are.
+// Samples in this frame from the cosine, from the environment and from each lobe, the frame's number and how many there are.
 uniform ivec3 samples;
 uniform int frame_number;
 uniform int frames;
 
 out vec4 color;
 
-// Columns: tangent, bitangent, normal (Duff et al. 2017, listing 3).
+// Columns: tangent, bitangent, normal. The tangent runs around the vertical axis, as the parallels of a globe do.
 mat3 tangent_frame(vec3 n) {
-    float s = n.z >= 0.0 ? 1.0 : -1.0;
-    float a = -1.0 / (s + n.z);
-    float b = n.x * n.y * a;
-    return mat3(vec3(1.0 + s * n.x * n.x * a, s * b, -s * n.x), vec3(b, s + n.y * n.y * a, -n.y), n);
-}
-
-// The slope that a proposal samples with: GGX's range, as the cap's bound demands.
-float slope_of(int proposal) {
-    return clamp(proposal_slope(proposal), 1e-4, 1.0);
+    vec3 tangent = abs(n.y) < 0.99999 ? normalize(vec3(n.z, 0.0, -n.x)) : vec3(1.0, 0.0, 0.0);
+    return mat3(tangent, cross(n, tangent), n);
 }
 
 vec3 sample_technique(int technique, vec3 wo, mat3 local_to_environment, uvec2 point) {
@@ -46,14 +38,14 @@ vec3 sample_technique(int technique, vec3 wo, mat3 local_to_environment, uvec2 p
     if (technique == 1) {
         return sample_light(point) * local_to_environment;
     }
-    return sample_ggx(wo, slope_of(technique - 2), unit_point(point));
+    return sample_lobe(specular_proposal(technique - 2, wo.z), wo, unit_point(point));
 }
 
 // The density of all samples together: each technique's, times its number of samples.
 float pdf_samples(Geometry g, vec2 uv) {
     float pdf = float(samples.x) * (g.cos_i / PI) + float(samples.y) * pdf_light(uv);
     for (int proposal = 0; proposal < PROPOSALS; proposal++) {
-        pdf += float(samples.z) * pdf_ggx(g, slope_of(proposal));
+        pdf += float(samples.z) * pdf_lobe(specular_proposal(proposal, g.cos_o), g);
     }
     return pdf;
 }
