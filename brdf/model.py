@@ -15,6 +15,7 @@ from jaxtyping import Array, Float
 
 from .chebyshev import Chebyshev
 from .frame import Color, Direction, Geometry, Scalar, above_horizon, geometry
+from .parameter import ABSENT, parameters
 from .sampling import Proposals, density, draw
 
 Batch = Float[Array | np.ndarray, "n 3"]
@@ -136,7 +137,30 @@ class Sum(AbstractBRDF):
         return Claims(reciprocal, sum(lobe.claims().albedo_max for lobe in self.lobes))
 
 
-@eqx.filter_jit
+def specialized(model: AbstractBRDF) -> AbstractBRDF:
+    """The model with every weight that is exactly 0 marked as absent, so that what it scales is not even compiled.
+
+    Only plain numbers are looked at: a weight that JAX is tracing stays as it is.
+    """
+    if isinstance(model, Sum):
+        return Sum(tuple(specialized(lobe) for lobe in model.lobes), model.names)
+    absent = {
+        parameter.name: ABSENT
+        for parameter in parameters(model)
+        if parameter.weight and _is_zero(getattr(model, parameter.name))
+    }
+    return dataclasses.replace(model, **absent) if absent else model
+
+
+def _is_zero(value: object) -> bool:
+    return isinstance(value, np.ndarray) and not value.any()
+
+
 def evaluate(model: AbstractBRDF, wi: Batch, wo: Batch) -> Batch:
     """The values of a model in 1/sr, without the cosine, for n pairs of directions; see `AbstractBRDF.__call__`."""
+    return _evaluate(specialized(model), wi, wo)
+
+
+@eqx.filter_jit
+def _evaluate(model: AbstractBRDF, wi: Batch, wo: Batch) -> Batch:
     return jax.vmap(model)(wi, wo)

@@ -16,6 +16,14 @@ import equinox as eqx
 import numpy as np
 
 _KEY = "brdf"
+
+
+class _Absent(float):
+    """A zero that is known before anything is compiled."""
+
+
+# In place of a weight that is exactly 0: a model leaves out what it scales. Made by `brdf.model.specialized`.
+ABSENT = _Absent(0.0)
 # 24 slopes from 0.002 to 1: neighbours differ by a factor 1.31, inside the basin of a log-loss fit of one lobe.
 _SLOPE_STARTS = tuple(0.002 * (1 / 0.002) ** (i / 23) for i in range(24))
 
@@ -35,6 +43,7 @@ class Parameter:
     - `slope`: whether it is the RMS-like slope of a specular lobe. The fit scans it; the preview samples with it.
     - `starts`: values that the global start of a fit scans; a colour has none, its start is solved for.
     - `fit_square`: whether the fit's unknown is its square, for a model that is even in it.
+    - `weight`: whether it scales a part of the model that vanishes with it; where it is 0 that part costs nothing.
     - `when`: pairs of a choice and its options with which alone the parameter is live; the others ignore it.
     """
 
@@ -48,6 +57,7 @@ class Parameter:
     slope: bool = False
     starts: tuple[float, ...] = ()
     fit_square: bool = False
+    weight: bool = False
     when: tuple[tuple[str, tuple[str, ...]], ...] = ()
 
     @property
@@ -83,7 +93,7 @@ class Choice:
 def _floating(value: Any) -> Any:
     """Makes a plain number or list a float64 NumPy array, so that no digit read from a file is lost where JAX is in
     float32 mode; leaves JAX arrays, tracers and the placeholders of tree operations as they are."""
-    is_plain = isinstance(value, int | float | list | tuple | np.ndarray | np.generic)
+    is_plain = isinstance(value, int | float | list | tuple | np.ndarray | np.generic) and value is not ABSENT
     return np.asarray(value, np.float64) if is_plain else value
 
 
@@ -101,11 +111,12 @@ def scalar(
     unit: str = "1",
     starts: tuple[float, ...] = (),
     fit_square: bool = False,
+    weight: bool = False,
     when: Mapping[str, tuple[str, ...]] | None = None,
 ) -> Any:
     """Declares a scalar parameter of a model; see `Parameter` for the arguments."""
     starts = starts or (default,)
-    return _declare(Parameter("", "scalar", lower, upper, default, unit, doc, False, starts, fit_square), when)
+    return _declare(Parameter("", "scalar", lower, upper, default, unit, doc, False, starts, fit_square, weight), when)
 
 
 def slope(
@@ -123,10 +134,11 @@ def color(
     doc: str,
     *,
     unit: str = "1",
+    weight: bool = False,
     when: Mapping[str, tuple[str, ...]] | None = None,
 ) -> Any:
     """Declares a colour parameter, linear Rec. 709, three channels; a single number means grey."""
-    return _declare(Parameter("", "color", lower, upper, default, unit, doc), when)
+    return _declare(Parameter("", "color", lower, upper, default, unit, doc, weight=weight), when)
 
 
 def _declare(declared: Parameter, when: Mapping[str, tuple[str, ...]] | None) -> Any:
@@ -150,6 +162,11 @@ def _declared(model: Any, kind: type) -> list[Any]:
         if isinstance(declared, kind):
             found.append(dataclasses.replace(declared, name=field.name))  # type: ignore[type-var]
     return found
+
+
+def is_absent(value: Any) -> bool:
+    """Whether a weight is known to be 0 before anything is compiled."""
+    return value is ABSENT
 
 
 def parameters(model: Any) -> tuple[Parameter, ...]:

@@ -13,8 +13,8 @@ from jaxtyping import Array, Float
 
 from brdf.errors import UserError
 from brdf.material import check_choice, check_live, check_parameter
-from brdf.model import AbstractBRDF
-from brdf.parameter import Parameter, choices, parameters
+from brdf.model import AbstractBRDF, specialized
+from brdf.parameter import Parameter, choices, is_absent, parameters
 from brdf.registry import combine, nearest, split
 
 _CHANNELS = ("r", "g", "b")
@@ -52,7 +52,7 @@ class Unknown:
 class Unknowns(eqx.Module):
     """The free parameters of a model and the model that holds the fixed ones.
 
-    - `template`: the model with the fixed parameters and choices in place.
+    - `template`: the model with the fixed parameters and choices in place, fixed weights of 0 marked as absent.
     - `free`: in the order of lobes and declaration.
     """
 
@@ -103,6 +103,9 @@ class Unknowns(eqx.Module):
             value = np.clip(value, low, high)
             value = value if u.parameter.size == 3 else value[0]
             lobes[u.lobe] = dataclasses.replace(lobes[u.lobe], **{u.parameter.name: value})
+        for name, lobe in lobes.items():
+            zeros = {p.name: 0.0 for p in parameters(lobe) if is_absent(getattr(lobe, p.name))}
+            lobes[name] = dataclasses.replace(lobe, **zeros)
         return combine(lobes)
 
     def scale(self, y: np.ndarray) -> np.ndarray:
@@ -153,7 +156,7 @@ def choose(model: AbstractBRDF, fixed: Mapping[str, Any]) -> Unknowns:
             if (lobe, parameter.name) not in held:
                 free.append(Unknown(lobe, parameter, offset))
                 offset += parameter.size
-    return Unknowns(combine(lobes), tuple(free))
+    return Unknowns(specialized(combine(lobes)), tuple(free))
 
 
 def _find(lobes: Mapping[str, AbstractBRDF], key: str) -> tuple[str, str]:

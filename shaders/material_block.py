@@ -13,8 +13,8 @@ For `lambert+ggx` the generated text, which a shader includes as `"material"`, r
     vec3 brdf(vec3 wi, vec3 wo) { ... lobes(geometry(wi, wo)) ... }
 
 A static choice enters as a literal, and so does a parameter that the choices leave unused: two lobes of one model may
-choose differently, and the compiler removes what was not chosen. The values live in the block: a new value never
-compiles anything.
+choose differently, and the compiler removes what was not chosen. So does a weight of 0, with which the lobe that it
+scales disappears. All other values live in the block: a new value compiles nothing.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ def proposal_count(model: AbstractBRDF) -> int:
 
 
 def glsl(model: AbstractBRDF) -> str:
-    """The generated text of a model; it depends on lobes and choices, never on values.
+    """The generated text of a model; it depends on lobes, choices and on which weights are 0, not on other values.
 
     It defines, with directions in the local frame and values in 1/sr without the cosine,
 
@@ -154,13 +154,15 @@ def _params_struct(name: str, lobe: AbstractBRDF) -> str:
 
 
 def _params_value(lobe_name: str, lobe: AbstractBRDF) -> str:
-    """The struct's value: members of the block, and a constant for what the choices leave unused."""
-    values = [
-        f"{lobe_name}_{parameter.name}"
-        if parameter.is_live(lobe)
-        else f"{_GLSL_TYPE[parameter.kind]}({parameter.default:.9e})"
-        for parameter in parameters(type(lobe))
-    ]
+    """The struct's value: members of the block; constants for what the choices leave unused and for weights of 0."""
+    values = []
+    for parameter in parameters(type(lobe)):
+        if not parameter.is_live(lobe):
+            values.append(f"{_GLSL_TYPE[parameter.kind]}({parameter.default:.9e})")
+        elif parameter.weight and not np.any(getattr(lobe, parameter.name)):
+            values.append(f"{_GLSL_TYPE[parameter.kind]}(0.0)")
+        else:
+            values.append(f"{lobe_name}_{parameter.name}")
     values += [_define(choice.name, getattr(lobe, choice.name)) for choice in choices(lobe)]
     return f"{name_of(lobe)}_params({', '.join(values)})"
 

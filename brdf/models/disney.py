@@ -30,7 +30,7 @@ from ..frame import Color, Geometry, Scalar, turned
 from ..fresnel import f_schlick, schlick_weight
 from ..masking import v_smith_separable
 from ..model import AbstractBRDF, Claims
-from ..parameter import choice, color, scalar
+from ..parameter import choice, color, is_absent, scalar
 from ..sampling import Proposals, SpecularLobe
 
 _ALPHA_MIN = 1e-3
@@ -39,7 +39,7 @@ _CLEARCOAT_F0, _CLEARCOAT_ALPHA_MASKING = 0.04, 0.25
 _LUMINANCE_MIN = 1e-15
 
 
-def slopes(roughness: Scalar, anisotropic: Scalar) -> tuple[Scalar, Scalar]:
+def slopes(roughness: Scalar, anisotropic: Scalar | float) -> tuple[Scalar, Scalar]:
     """GGX slopes along and across the tangent."""
     aspect = jnp.sqrt(1 - 0.9 * anisotropic)
     alpha = roughness * roughness
@@ -77,7 +77,9 @@ class Disney(AbstractBRDF):
     mixes_channels: ClassVar[bool] = True
 
     base_color: Color = color(0.0, 1.0, 0.5, "colour of the surface, linear: diffuse albedo, or reflectance of a metal")
-    subsurface: Scalar = scalar(0.0, 1.0, 0.0, "how far the diffuse term is flattened as by scattering inside")
+    subsurface: Scalar = scalar(
+        0.0, 1.0, 0.0, "how far the diffuse term is flattened as by scattering inside", weight=True
+    )
     metallic: Scalar = scalar(
         0.0, 1.0, 0.0, "from a dielectric with a diffuse base to a metal without", starts=(0.0, 1.0)
     )
@@ -86,13 +88,15 @@ class Disney(AbstractBRDF):
     roughness: Scalar = scalar(
         0.0, 1.0, 0.5, "perceptual roughness of diffuse and specular terms: alpha = roughness^2", starts=(0.1, 0.3, 0.6)
     )
-    anisotropic: Scalar = scalar(0.0, 1.0, 0.0, "elongation of the highlight along the tangent; its aspect at 1 is 10")
+    anisotropic: Scalar = scalar(
+        0.0, 1.0, 0.0, "elongation of the highlight along the tangent; its aspect at 1 is 10", weight=True
+    )
     rotation: Scalar = scalar(
         -1.5707963, 1.5707963, 0.0, "angle by which the tangent frame is turned about the normal", unit="rad"
     )
-    sheen: Scalar = scalar(0.0, 1.0, 0.0, "strength of an additional lobe at grazing angles, for cloth")
+    sheen: Scalar = scalar(0.0, 1.0, 0.0, "strength of an additional lobe at grazing angles, for cloth", weight=True)
     sheen_tint: Scalar = scalar(0.0, 1.0, 0.5, "how far the sheen takes the hue of the base")
-    clearcoat: Scalar = scalar(0.0, 1.0, 0.0, "strength of a second specular lobe, of index 1.5")
+    clearcoat: Scalar = scalar(0.0, 1.0, 0.0, "strength of a second specular lobe, of index 1.5", weight=True)
     clearcoat_gloss: Scalar = scalar(0.0, 1.0, 1.0, "sharpness of the clearcoat: slope 0.1 at 0, 0.001 at 1")
     masking_remap: str = choice(
         "shader", "course_notes", doc="slope of the masking: alpha as it is, or (0.5 + roughness / 2)^2 of 2012"
@@ -104,11 +108,14 @@ class Disney(AbstractBRDF):
         f_h = schlick_weight(g.one_minus_cos_d)
 
         retro = retro_reflective(g, self.roughness)
-        lambert = (1 - self.subsurface) * retro + self.subsurface * subsurface(g, self.roughness)
-        sheen = f_h * self.sheen * ((1 - self.sheen_tint) + self.sheen_tint * hue)
-        base = (1 - self.metallic) * (self.base_color / math.pi * lambert + sheen)
+        if not is_absent(self.subsurface):
+            retro = (1 - self.subsurface) * retro + self.subsurface * subsurface(g, self.roughness)
+        base = self.base_color / math.pi * retro
+        if not is_absent(self.sheen):
+            base = base + f_h * self.sheen * ((1 - self.sheen_tint) + self.sheen_tint * hue)
+        base = (1 - self.metallic) * base
 
-        t = turned(g, self.rotation)
+        t = g if is_absent(self.anisotropic) else turned(g, self.rotation)
         alpha_x, alpha_y = slopes(self.roughness, self.anisotropic)
         d = d_ggx(t, alpha_x, alpha_y)
         if self.masking_remap == "course_notes":
@@ -117,6 +124,8 @@ class Disney(AbstractBRDF):
         else:
             v = _v_ggx(t, alpha_x, alpha_y)
         specular = d * v * (c_spec + (1 - c_spec) * f_h)
+        if is_absent(self.clearcoat):
+            return base + specular
 
         alpha_masking = _CLEARCOAT_ALPHA_MASKING * jnp.ones_like(v)
         coat = d_berry(g, clearcoat_alpha(self.clearcoat_gloss)) * _v_ggx(g, alpha_masking, alpha_masking)

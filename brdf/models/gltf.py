@@ -33,7 +33,7 @@ from ..fresnel import f_schlick, schlick_weight
 from ..layering import f0_of_ior
 from ..masking import v_smith
 from ..model import AbstractBRDF, Claims
-from ..parameter import color, scalar
+from ..parameter import color, is_absent, scalar
 from ..sampling import Proposals, SpecularLobe
 from ..sheen import charlie_albedo, d_charlie, v_charlie
 
@@ -48,7 +48,7 @@ def alpha_of(roughness: Scalar) -> Scalar:
     return r * r
 
 
-def slopes(roughness: Scalar, anisotropy_strength: Scalar) -> tuple[Scalar, Scalar]:
+def slopes(roughness: Scalar, anisotropy_strength: Scalar | float) -> tuple[Scalar, Scalar]:
     """GGX slopes along and across the direction of the anisotropy (KHR_materials_anisotropy)."""
     alpha, strength2 = alpha_of(roughness), anisotropy_strength * anisotropy_strength
     return (1 - strength2) * alpha + strength2, alpha
@@ -77,16 +77,16 @@ class GLTF(AbstractBRDF):
     specular: Scalar = scalar(0.0, 1.0, 1.0, "strength of a dielectric's reflection")
     specular_color: Color = color(0.0, 1.0, 1.0, "tint of a dielectric's reflectance at normal incidence")
     ior: Scalar = scalar(1.0, 3.0, 1.5, "index of refraction of a dielectric", starts=(1.2, 1.5, 2.0))
-    clearcoat: Scalar = scalar(0.0, 1.0, 0.0, "strength of a clear layer of index 1.5 above all else")
+    clearcoat: Scalar = scalar(0.0, 1.0, 0.0, "strength of a clear layer of index 1.5 above all else", weight=True)
     clearcoat_roughness: Scalar = scalar(
         0.0, 1.0, 0.0, "perceptual roughness of the clear layer: alpha = roughness^2", starts=_ROUGHNESS_STARTS[:3]
     )
-    sheen_color: Color = color(0.0, 1.0, 0.0, "colour of a lobe of cloth fibres above the base")
+    sheen_color: Color = color(0.0, 1.0, 0.0, "colour of a lobe of cloth fibres above the base", weight=True)
     sheen_roughness: Scalar = scalar(
         0.0, 1.0, 0.0, "how far the fibres diverge from the normal", starts=_ROUGHNESS_STARTS[1:]
     )
     anisotropy_strength: Scalar = scalar(
-        0.0, 1.0, 0.0, "how far the roughness along the tangent is raised towards 1", starts=(0.0, 0.5)
+        0.0, 1.0, 0.0, "how far the roughness along the tangent is raised towards 1", starts=(0.0, 0.5), weight=True
     )
     anisotropy_rotation: Scalar = scalar(
         -1.5707963,
@@ -98,14 +98,19 @@ class GLTF(AbstractBRDF):
     )
 
     def reflect(self, g: Geometry) -> Color:
-        d_v = _d_v(turned(g, self.anisotropy_rotation), *slopes(self.roughness, self.anisotropy_strength))
+        t = g if is_absent(self.anisotropy_strength) else turned(g, self.anisotropy_rotation)
+        d_v = _d_v(t, *slopes(self.roughness, self.anisotropy_strength))
         f = self.specular * f_schlick(self._dielectric_f0(), g.one_minus_cos_d)
         diffuse = (1 - jnp.max(f)) * self.base_color / math.pi
         metal = f_schlick(self.base_color, g.one_minus_cos_d)
         base = (1 - self.metallic) * diffuse + ((1 - self.metallic) * f + self.metallic * metal) * d_v
 
-        fibres = self.sheen_color * (d_charlie(g, self.sheen_roughness) * v_charlie(g, self.sheen_roughness))
-        covered = fibres + self._sheen_scale(g.cos_i, g.cos_o) * base
+        covered = base
+        if not is_absent(self.sheen_color):
+            fibres = self.sheen_color * (d_charlie(g, self.sheen_roughness) * v_charlie(g, self.sheen_roughness))
+            covered = fibres + self._sheen_scale(g.cos_i, g.cos_o) * base
+        if is_absent(self.clearcoat):
+            return covered
 
         alpha = alpha_of(self.clearcoat_roughness)
         coat = self.clearcoat * _clearcoat_fresnel(g.cos_o) * _d_v(g, alpha, alpha)

@@ -45,7 +45,7 @@ from ..layering import (
 )
 from ..masking import v_smith
 from ..model import AbstractBRDF, Claims
-from ..parameter import color, scalar
+from ..parameter import color, is_absent, scalar
 from ..sampling import Proposals, SpecularLobe
 from ..sheen import fuzz, fuzz_albedo
 
@@ -55,7 +55,7 @@ _TRANSMITTANCE_MIN = 1e-30
 _ROUGHNESS_STARTS = (0.1, 0.3, 0.6)
 
 
-def coated_roughness(roughness: Scalar, coat_roughness: Scalar, coat_weight: Scalar) -> Scalar:
+def coated_roughness(roughness: Scalar, coat_roughness: Scalar, coat_weight: Scalar | float) -> Scalar:
     """Roughness of the base as seen through a rough coat (OpenPBR 1.1, "Roughening")."""
     r, r_coat = jnp.maximum(roughness, _ROUGHNESS_MIN), jnp.maximum(coat_roughness, _ROUGHNESS_MIN)
     r2, r2_coat = r * r, r_coat * r_coat
@@ -63,7 +63,7 @@ def coated_roughness(roughness: Scalar, coat_roughness: Scalar, coat_weight: Sca
     return (1 - coat_weight) * r + coat_weight * roughened
 
 
-def slopes(roughness: Scalar, anisotropy: Scalar) -> tuple[Scalar, Scalar]:
+def slopes(roughness: Scalar, anisotropy: Scalar | float) -> tuple[Scalar, Scalar]:
     """GGX slopes along and across the tangent, with the mean square of the isotropic one (OpenPBR 1.1, "Microfacet
     model")."""
     across = 1 - anisotropy
@@ -77,7 +77,7 @@ def viewed_slope(g: Geometry, alpha_x: Scalar, alpha_y: Scalar) -> Scalar:
     return jnp.sqrt(jnp.minimum(alpha_sin2(g.wo, alpha_x, alpha_y) + mean_square * (g.cos_o * g.cos_o), 1))
 
 
-def specular_f0(specular_ior: Scalar, coat_ior: Scalar, coat_weight: Scalar) -> Scalar:
+def specular_f0(specular_ior: Scalar, coat_ior: Scalar, coat_weight: Scalar | float) -> Scalar:
     """Reflectance of the base dielectric at normal incidence below air and coat (OpenPBR 1.1, "Coat")."""
     below_coat = jnp.abs(specular_ior - coat_ior) / jnp.minimum(specular_ior, coat_ior)
     # The index less 1, which a coat of nearly the same index makes small.
@@ -110,7 +110,7 @@ class OpenPBR(AbstractBRDF):
         0.0, 1.0, 0.0, "roughness of the diffuse term: 0 is Lambert's", starts=(0.0, 0.5)
     )
     base_metalness: Scalar = scalar(
-        0.0, 1.0, 0.0, "from a dielectric with a diffuse base to a metal", starts=(0.0, 1.0)
+        0.0, 1.0, 0.0, "from a dielectric with a diffuse base to a metal", starts=(0.0, 1.0), weight=True
     )
     specular_weight: Scalar = scalar(0.0, 1.0, 1.0, "multiplier of the base's reflectance at normal incidence")
     specular_color: Color = color(0.0, 1.0, 1.0, "tint of a dielectric's highlight, and of a metal's at 82 degrees")
@@ -119,30 +119,26 @@ class OpenPBR(AbstractBRDF):
     )
     specular_ior: Scalar = scalar(1.0, 3.0, 1.5, "index of refraction of the base", starts=(1.2, 1.5, 2.0))
     specular_roughness_anisotropy: Scalar = scalar(
-        0.0, 1.0, 0.0, "elongation of the base's highlight along the tangent", starts=(0.0, 0.5)
+        0.0, 1.0, 0.0, "elongation of the base's highlight along the tangent", starts=(0.0, 0.5), weight=True
     )
     rotation: Scalar = scalar(
         -1.5707963, 1.5707963, 0.0, "angle by which the tangent frame is turned about the normal", unit="rad"
     )
-    coat_weight: Scalar = scalar(0.0, 1.0, 0.0, "share of the surface that the coat covers")
+    coat_weight: Scalar = scalar(0.0, 1.0, 0.0, "share of the surface that the coat covers", weight=True)
     coat_color: Color = color(0.0, 1.0, 1.0, "what the coat lets through in and out, at normal incidence")
     coat_roughness: Scalar = scalar(
         0.0, 1.0, 0.0, "perceptual roughness of the coat: alpha = roughness^2", starts=_ROUGHNESS_STARTS
     )
     coat_ior: Scalar = scalar(1.0, 3.0, 1.6, "index of refraction of the coat", starts=(1.2, 1.6, 2.0))
     coat_darkening: Scalar = scalar(0.0, 1.0, 1.0, "how much the coat's inner reflections darken the base")
-    fuzz_weight: Scalar = scalar(0.0, 1.0, 0.0, "share of the surface that the fuzz covers")
+    fuzz_weight: Scalar = scalar(0.0, 1.0, 0.0, "share of the surface that the fuzz covers", weight=True)
     fuzz_color: Color = color(0.0, 1.0, 1.0, "colour of the fuzz")
     fuzz_roughness: Scalar = scalar(0.0, 1.0, 0.5, "from fibres along the normal to dust", starts=_ROUGHNESS_STARTS)
 
     def reflect(self, g: Geometry) -> Color:
-        weight, f0_coat, alpha_coat = self.coat_weight, f0_of_ior(self.coat_ior), self._coat_alpha()
-        coat = _d_v(g, alpha_coat, alpha_coat) * f_dielectric_f0(f0_coat, g.cos_d)
-        passed = dielectric_transmission(f0_coat, g.cos_o, alpha_coat)
-        passed = passed * coat_absorption(self.coat_color, self.coat_ior, g)
-        below = ((1 - weight) + weight * passed) * self._darkening(g.cos_o)
-        coated = weight * coat + below * self._base(g)
-
+        coated = self._base(g) if is_absent(self.coat_weight) else self._coated(g)
+        if is_absent(self.fuzz_weight):
+            return coated
         fibres = self.fuzz_weight * self.fuzz_color * fuzz(g, self.fuzz_roughness)
         return fibres + (1 - self.fuzz_weight * fuzz_albedo(g.cos_o, self.fuzz_roughness)) * coated
 
@@ -170,10 +166,19 @@ class OpenPBR(AbstractBRDF):
     def claims(self) -> Claims:
         return Claims(reciprocal=False, albedo_max=math.inf)
 
+    def _coated(self, g: Geometry) -> Color:
+        """The base and the coat on it."""
+        weight, f0_coat, alpha_coat = self.coat_weight, f0_of_ior(self.coat_ior), self._coat_alpha()
+        coat = _d_v(g, alpha_coat, alpha_coat) * f_dielectric_f0(f0_coat, g.cos_d)
+        passed = dielectric_transmission(f0_coat, g.cos_o, alpha_coat)
+        passed = passed * coat_absorption(self.coat_color, self.coat_ior, g)
+        below = ((1 - weight) + weight * passed) * self._darkening(g.cos_o)
+        return weight * coat + below * self._base(g)
+
     def _base(self, g: Geometry) -> Color:
         """The base without what lies above."""
         roughness, f0 = self._roughness(), self._base_f0()
-        t = turned(g, self.rotation)
+        t = g if is_absent(self.specular_roughness_anisotropy) else turned(g, self.rotation)
         alpha_x, alpha_y = slopes(roughness, self.specular_roughness_anisotropy)
         d_v = _d_v(t, alpha_x, alpha_y)
         gloss = self.specular_color * f_dielectric_f0(f0, g.cos_d)
@@ -181,8 +186,10 @@ class OpenPBR(AbstractBRDF):
         lost_i, lost_o = (single_scattering_loss(*w) for w in ((g.cos_i, g.sin2_i), (g.cos_o, g.sin2_o)))
         diffuse = energy_preserving(g, rho, self.base_diffuse_roughness, lost_i, lost_o)
         diffuse = dielectric_transmission(f0, g.cos_o, viewed_slope(t, alpha_x, alpha_y)) * diffuse
-        metal = self._metal(g.cos_d, g.one_minus_cos_d)
         metalness = self.base_metalness
+        if is_absent(metalness):
+            return diffuse + gloss * d_v
+        metal = self._metal(g.cos_d, g.one_minus_cos_d)
         return (1 - metalness) * diffuse + ((1 - metalness) * gloss + metalness * metal) * d_v
 
     def _metal(self, cos_d: Scalar, one_minus_cos_d: Scalar) -> Color:

@@ -58,11 +58,19 @@ vec3 disney(disney_params m, Geometry g) {
     float f_h = schlick_weight(g.one_minus_cos_d);
 
     float retro = retro_reflective(g, m.roughness);
-    float lambert = (1.0 - m.subsurface) * retro + m.subsurface * subsurface(g, m.roughness);
-    vec3 sheen = f_h * m.sheen * ((1.0 - m.sheen_tint) + m.sheen_tint * hue);
-    vec3 base = (1.0 - m.metallic) * (m.base_color / PI * lambert + sheen);
+    if (m.subsurface > 0.0) {
+        retro = (1.0 - m.subsurface) * retro + m.subsurface * subsurface(g, m.roughness);
+    }
+    vec3 base = m.base_color / PI * retro;
+    if (m.sheen > 0.0) {
+        base = base + f_h * m.sheen * ((1.0 - m.sheen_tint) + m.sheen_tint * hue);
+    }
+    base = (1.0 - m.metallic) * base;
 
-    Geometry t = turned(g, m.rotation);
+    Geometry t = g;
+    if (m.anisotropic > 0.0) {
+        t = turned(g, m.rotation);
+    }
     vec2 alpha = disney_slopes(m.roughness, m.anisotropic);
     float d = d_ggx(t, alpha.x, alpha.y);
     float v;
@@ -73,6 +81,9 @@ vec3 disney(disney_params m, Geometry g) {
         v = disney_v_ggx(t, alpha.x, alpha.y);
     }
     vec3 specular = d * v * (c_spec + (1.0 - c_spec) * f_h);
+    if (m.clearcoat == 0.0) {
+        return base + specular;
+    }
 
     float alpha_masking = DISNEY_CLEARCOAT_ALPHA_MASKING;
     float coat = disney_d_berry(g, disney_clearcoat_alpha(m.clearcoat_gloss));

@@ -60,15 +60,25 @@ float gltf_clearcoat_passed(gltf_params m, float cos_o) {
 }
 
 vec3 gltf(gltf_params m, Geometry g) {
-    float d_v = gltf_d_v(turned(g, m.anisotropy_rotation), gltf_slopes(m.roughness, m.anisotropy_strength));
+    Geometry t = g;
+    if (m.anisotropy_strength > 0.0) {
+        t = turned(g, m.anisotropy_rotation);
+    }
+    float d_v = gltf_d_v(t, gltf_slopes(m.roughness, m.anisotropy_strength));
     vec3 f = m.specular * f_schlick(gltf_dielectric_f0(m), g.one_minus_cos_d);
     vec3 diffuse = (1.0 - gltf_max(f)) * m.base_color / PI;
     vec3 metal = f_schlick(m.base_color, g.one_minus_cos_d);
     vec3 base = (1.0 - m.metallic) * diffuse + ((1.0 - m.metallic) * f + m.metallic * metal) * d_v;
 
-    vec2 d = d_charlie(g, m.sheen_roughness);
-    vec3 fibres = m.sheen_color * (d.x * v_charlie(g, m.sheen_roughness)) * d.y;
-    vec3 covered = fibres + gltf_sheen_scale(m, g.cos_i, g.cos_o) * base;
+    vec3 covered = base;
+    if (gltf_max(m.sheen_color) > 0.0) {
+        vec2 d = d_charlie(g, m.sheen_roughness);
+        vec3 fibres = m.sheen_color * (d.x * v_charlie(g, m.sheen_roughness)) * d.y;
+        covered = fibres + gltf_sheen_scale(m, g.cos_i, g.cos_o) * base;
+    }
+    if (m.clearcoat == 0.0) {
+        return covered;
+    }
 
     float alpha = gltf_alpha_of(m.clearcoat_roughness);
     float coat = m.clearcoat * gltf_clearcoat_fresnel(g.cos_o) * gltf_d_v(g, vec2(alpha));

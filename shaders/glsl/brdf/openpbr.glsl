@@ -91,7 +91,10 @@ vec3 openpbr_metal(openpbr_params m, float cos_d, float one_minus_cos_d) {
 vec3 openpbr_base(openpbr_params m, Geometry g) {
     float roughness = openpbr_roughness(m);
     float f0 = openpbr_base_f0(m);
-    Geometry t = turned(g, m.rotation);
+    Geometry t = g;
+    if (m.specular_roughness_anisotropy > 0.0) {
+        t = turned(g, m.rotation);
+    }
     vec2 alpha = openpbr_slopes(roughness, m.specular_roughness_anisotropy);
     float d_v = openpbr_d_v(t, alpha);
     vec3 gloss = m.specular_color * f_dielectric_f0(f0, g.cos_d);
@@ -100,8 +103,11 @@ vec3 openpbr_base(openpbr_params m, Geometry g) {
     float lost_o = single_scattering_loss(g.cos_o, g.sin2_o);
     vec3 diffuse = energy_preserving(g, rho, m.base_diffuse_roughness, lost_i, lost_o);
     diffuse = dielectric_transmission(f0, g.cos_o, openpbr_viewed_slope(t, alpha)) * diffuse;
-    vec3 metal = openpbr_metal(m, g.cos_d, g.one_minus_cos_d);
     float metalness = m.base_metalness;
+    if (metalness == 0.0) {
+        return diffuse + gloss * d_v;
+    }
+    vec3 metal = openpbr_metal(m, g.cos_d, g.one_minus_cos_d);
     return (1.0 - metalness) * diffuse + ((1.0 - metalness) * gloss + metalness * metal) * d_v;
 }
 
@@ -127,7 +133,8 @@ vec3 openpbr_darkening(openpbr_params m, float cos_o) {
     return (1.0 - strength) + strength * delta;
 }
 
-vec3 openpbr(openpbr_params m, Geometry g) {
+// The base and the coat on it.
+vec3 openpbr_coated(openpbr_params m, Geometry g) {
     float weight = m.coat_weight;
     float f0_coat = f0_of_ior(m.coat_ior);
     float alpha_coat = openpbr_coat_alpha(m);
@@ -135,8 +142,19 @@ vec3 openpbr(openpbr_params m, Geometry g) {
     vec3 passed = dielectric_transmission(f0_coat, g.cos_o, alpha_coat)
                 * openpbr_coat_absorption(m.coat_color, m.coat_ior, g);
     vec3 below = ((1.0 - weight) + weight * passed) * openpbr_darkening(m, g.cos_o);
-    vec3 coated = weight * coat + below * openpbr_base(m, g);
+    return weight * coat + below * openpbr_base(m, g);
+}
 
+vec3 openpbr(openpbr_params m, Geometry g) {
+    vec3 coated;
+    if (m.coat_weight == 0.0) {
+        coated = openpbr_base(m, g);
+    } else {
+        coated = openpbr_coated(m, g);
+    }
+    if (m.fuzz_weight == 0.0) {
+        return coated;
+    }
     vec3 fibres = m.fuzz_weight * m.fuzz_color * fuzz(g, m.fuzz_roughness);
     return fibres + (1.0 - m.fuzz_weight * fuzz_albedo(g.cos_o, m.fuzz_roughness)) * coated;
 }
