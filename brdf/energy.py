@@ -25,7 +25,7 @@ import numpy as np
 from .chebyshev import Chebyshev, interpolate
 from .distributions import alpha_sin2, cos_lambda_beckmann, cos_lambda_ggx, d_beckmann, d_ggx
 from .frame import HORIZON, Color, Geometry, Scalar, geometry
-from .gaussian import cos_lambda_gaussian, d_gaussian, norm_table
+from .gaussian import cos_lambda_gaussian, d_gaussian, norm_table, seen_slope
 from .masking import v_smith
 from .sampling import pdf_ggx, sample_ggx
 
@@ -34,7 +34,10 @@ _CosLambda = Callable[[Scalar, Scalar], Scalar]
 _DISTRIBUTIONS: dict[str, tuple[_Density, _CosLambda]] = {
     "ggx": (lambda g, alpha: d_ggx(g, alpha, alpha), cos_lambda_ggx),
     "beckmann": (lambda g, alpha: d_beckmann(g, alpha, alpha), cos_lambda_beckmann),
-    "gaussian": (lambda g, alpha: d_gaussian(g, alpha, alpha, norm_table()(alpha * alpha)), cos_lambda_gaussian),
+    "gaussian": (
+        lambda g, alpha: d_gaussian(g, alpha, alpha, norm_table()(alpha * alpha)),
+        lambda cos_theta, alpha_sin2: cos_lambda_gaussian(cos_theta, seen_slope(cos_theta, alpha_sin2)),
+    ),
 }
 # Cosines and slopes of the table, and nodes of the quadrature per direction.
 _COSINES, _ALPHAS, _NODES = 16, 12, 64
@@ -93,7 +96,7 @@ def _directional_albedo(distribution: str, cosines: np.ndarray, alphas: np.ndarr
     points = np.stack(np.meshgrid(0.5 * u, u, indexing="ij"), axis=-1).reshape(-1, 2)
     weights = np.outer(weight, weight).reshape(-1)
 
-    def ratio(wo: jax.Array, alpha: jax.Array, u: jax.Array) -> jax.Array:
+    def ratio(wo: jax.Array, alpha: jax.Array, u: jax.Array | np.ndarray) -> jax.Array:
         wi = sample_ggx(wo, alpha, alpha, u)
         above = wi[2] > HORIZON
         g = geometry(jnp.where(above, wi, wo), wo)

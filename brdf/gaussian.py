@@ -102,14 +102,19 @@ def d_gaussian(g: Geometry, alpha_x: Scalar, alpha_y: Scalar, norm: Scalar) -> S
     return jnp.where(inside, density, jnp.zeros_like(density))
 
 
-def cos_lambda_gaussian(cos_theta: Scalar, alpha_sin2: Scalar) -> Scalar:
-    """`cos(theta) Lambda(theta)`: exact for equal slopes, for unequal ones with the slope seen from the direction."""
+def seen_slope(cos_theta: Scalar, alpha_sin2: Scalar) -> Scalar:
+    """The slope in the plane of a direction; see `brdf.distributions.alpha_sin2`."""
     sin2 = (1 - cos_theta) * (1 + cos_theta)
     is_tilted = sin2 > _SIN2_MIN
     sin2 = jnp.where(is_tilted, sin2, jnp.ones_like(sin2))
-    alpha = jnp.sqrt(jnp.where(is_tilted, alpha_sin2, jnp.ones_like(sin2)) / sin2)
-    alpha = jnp.minimum(alpha, 1)
-    elevation = jnp.arctan2(cos_theta, jnp.sqrt(sin2))
+    return jnp.minimum(jnp.sqrt(jnp.where(is_tilted, alpha_sin2, jnp.ones_like(sin2)) / sin2), 1)
+
+
+def cos_lambda_gaussian(cos_theta: Scalar, alpha: Scalar) -> Scalar:
+    """`cos(theta) Lambda(theta)`: exact for equal slopes, for unequal ones with the `seen_slope` of the direction."""
+    sin2 = (1 - cos_theta) * (1 + cos_theta)
+    is_tilted = sin2 > _SIN2_MIN
+    elevation = jnp.arctan2(cos_theta, jnp.sqrt(jnp.where(is_tilted, sin2, jnp.ones_like(sin2))))
     ratio = elevation / alpha
     inside = is_tilted & (ratio * ratio < _EXPONENT_MAX)
     ratio = jnp.where(inside, ratio, jnp.zeros_like(ratio))

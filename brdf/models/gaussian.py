@@ -18,7 +18,7 @@ from collections.abc import Mapping
 from ..chebyshev import Chebyshev
 from ..distributions import elliptic_mean
 from ..frame import Color, Geometry, Scalar
-from ..gaussian import cos_lambda_gaussian, d_gaussian, masking_table, norm_table
+from ..gaussian import cos_lambda_gaussian, d_gaussian, masking_table, norm_table, seen_slope
 from ..microfacet import AbstractMicrofacet, claims_with_energy, energy_choice, loss_tables
 from ..model import Claims
 from ..sampling import Proposals
@@ -36,7 +36,8 @@ class Gaussian(AbstractMicrofacet):
         return d_gaussian(g, alpha_x, alpha_y, norm)
 
     def cos_lambda(self, cos_theta: Scalar, alpha_sin2: Scalar) -> Scalar:
-        return cos_lambda_gaussian(cos_theta, alpha_sin2)
+        is_round = self.anisotropy == "isotropic"
+        return cos_lambda_gaussian(cos_theta, self.alpha if is_round else seen_slope(cos_theta, alpha_sin2))
 
     def reflect(self, g: Geometry) -> Color:
         single = self.single_scattering(g)

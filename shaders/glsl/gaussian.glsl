@@ -50,16 +50,18 @@ vec2 d_gaussian(Geometry g, float alpha_x, float alpha_y, float norm) {
     return vec2(decay.x / (PI * alpha_x * alpha_y * norm), decay.y);
 }
 
-// cos(theta) Lambda(theta): exact for equal slopes, for unequal ones with the slope seen from the direction.
-float cos_lambda_gaussian(float cos_theta, float alpha_sin2) {
+// The slope in the plane of a direction, from alpha_sin2.
+float seen_slope(float cos_theta, float alpha_sin2) {
     float sin2 = (1.0 - cos_theta) * (1.0 + cos_theta);
-    if (sin2 <= 1e-30) {
-        return 0.0;
-    }
-    float alpha = min(sqrt(alpha_sin2 / sin2), 1.0);
-    float elevation = atan_quadrant(cos_theta, sqrt(sin2));
+    return sin2 > 1e-30 ? min(sqrt(alpha_sin2 / sin2), 1.0) : 1.0;
+}
+
+// cos(theta) Lambda(theta): exact for equal slopes, for unequal ones with the seen_slope of the direction.
+float cos_lambda_gaussian(float cos_theta, float alpha) {
+    float sin2 = (1.0 - cos_theta) * (1.0 + cos_theta);
+    float elevation = atan_quadrant(cos_theta, sqrt(max(sin2, 0.0)));
     float ratio = elevation / alpha;
-    if (ratio * ratio >= 87.0) {
+    if (sin2 <= 1e-30 || ratio * ratio >= 87.0) {
         return 0.0;
     }
     float u = min(elevation / elevation_max(alpha), 1.0);

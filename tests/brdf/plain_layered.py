@@ -122,7 +122,7 @@ def plain_openpbr(m, wi, wo, h):
     base = dielectric * (1 - m.base_metalness) + metal * m.base_metalness
 
     coat = plain_ggx(wi, wo, h, m.coat_roughness**2, m.coat_roughness**2, 0) * plain_fresnel(m.coat_ior, cos_d)
-    path = sum(1 / np.sqrt(1 - (1 - c**2) / m.coat_ior**2) for c in (cos_i, cos_o))
+    path = np.sum([1 / np.sqrt(1 - (1 - c**2) / m.coat_ior**2) for c in (cos_i, cos_o)], axis=0)
     transmitted = np.sqrt(m.coat_color) ** path[:, None]
     k_r = 1 - (1 - float(mean_dielectric(jnp.asarray(m.coat_ior)))) / m.coat_ior**2
     xi_f = m.specular_weight * f_s

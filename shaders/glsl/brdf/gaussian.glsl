@@ -15,8 +15,14 @@ vec3 gaussian(gaussian_params m, Geometry g) {
     vec2 slopes = SLOPES(m);
     float norm = IS_ANISOTROPIC(m) ? gaussian_norm_elliptic(slopes.x, slopes.y) : gaussian_norm(slopes.x * slopes.y);
     vec2 d = d_gaussian(local, slopes.x, slopes.y, norm);
-    float cos_lambda_i = cos_lambda_gaussian(g.cos_i, alpha_sin2(local.wi, slopes.x, slopes.y));
-    float cos_lambda_o = cos_lambda_gaussian(g.cos_o, alpha_sin2(local.wo, slopes.x, slopes.y));
+    float alpha_i = m.alpha;
+    float alpha_o = m.alpha;
+    if (IS_ANISOTROPIC(m)) {
+        alpha_i = seen_slope(g.cos_i, alpha_sin2(local.wi, slopes.x, slopes.y));
+        alpha_o = seen_slope(g.cos_o, alpha_sin2(local.wo, slopes.x, slopes.y));
+    }
+    float cos_lambda_i = cos_lambda_gaussian(g.cos_i, alpha_i);
+    float cos_lambda_o = cos_lambda_gaussian(g.cos_o, alpha_o);
     float v = visibility(m.masking, g, cos_lambda_i, cos_lambda_o, MEAN_SLOPE(m));
     Fresnel fresnel = FRESNEL_OF(m);
     vec3 f = fresnel_reflectance(fresnel, g.cos_d, g.one_minus_cos_d);
