@@ -14,7 +14,7 @@ demo: setup
 	$(BIN)/brdf demo --output demo --force
 
 test: setup
-	$(BIN)/python -m pytest -q
+	$(BIN)/python -m pytest -q -n auto --dist worksteal
 
 lint: setup
 	$(BIN)/ruff format --check .

@@ -62,9 +62,9 @@ def f_dielectric(ior: Scalar, cos_d: Scalar) -> Scalar:
     return 0.5 * perpendicular * perpendicular * (1 + ratio * ratio)
 
 
-def f_conductor(eta: Color, k: Color, cos_d: Scalar) -> Color:
+def f_conductor(eta: Color, k: Color, cos_d: Scalar, one_minus_cos_d: Scalar) -> Color:
     """Unpolarised reflectance of a smooth conductor of complex index `eta + i k`, both above 0 (Born and Wolf 1999)."""
-    sin2 = (1 - cos_d) * (1 + cos_d)
+    sin2 = one_minus_cos_d * (1 + cos_d)
     # (p + i q)^2 = (eta + i k)^2 - sin^2, the refracted wave's normal component squared.
     real = (eta - k) * (eta + k) - sin2
     product = eta * k

@@ -124,7 +124,7 @@ class AbstractMicrofacet(AbstractBRDF):
             return f_spherical_gaussian(self.f0, cos_d)
         if self.fresnel == "dielectric":
             return f_dielectric(self.ior, cos_d) * jnp.ones(3, cos_d.dtype)
-        return f_conductor(self.eta, self.k, cos_d)
+        return f_conductor(self.eta, self.k, cos_d, one_minus_cos_d)
 
     def single_scattering(self, g: Geometry) -> Color:
         """D V F."""

@@ -156,8 +156,8 @@ def reflectance(eta: np.ndarray, k: np.ndarray, cos: np.ndarray) -> np.ndarray:
 
 @jax.jit
 def _fresnel(eta: jax.Array, k: jax.Array, cos: jax.Array) -> jax.Array | np.ndarray:
-    at_one_angle = jax.vmap(f_conductor, (0, 0, None))
-    return jax.vmap(at_one_angle, (None, None, 0))(eta, k, cos)
+    at_one_angle = jax.vmap(f_conductor, (0, 0, None, None))
+    return jax.vmap(at_one_angle, (None, None, 0, 0))(eta, k, cos, 1 - cos)
 
 
 def _channel_weights(illuminant: str) -> np.ndarray:

@@ -47,8 +47,8 @@ float f_dielectric(float ior, float cos_d) {
 }
 
 // Unpolarised reflectance of a smooth conductor of complex index eta + i k, both above 0 (Born and Wolf 1999).
-vec3 f_conductor(vec3 eta, vec3 k, float cos_d) {
-    float sin2 = (1.0 - cos_d) * (1.0 + cos_d);
+vec3 f_conductor(vec3 eta, vec3 k, float cos_d, float one_minus_cos_d) {
+    float sin2 = one_minus_cos_d * (1.0 + cos_d);
     // (p + i q)^2 = (eta + i k)^2 - sin^2, the refracted wave's normal component squared.
     vec3 real = (eta - k) * (eta + k) - sin2;
     vec3 product = eta * k;

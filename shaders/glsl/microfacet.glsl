@@ -60,7 +60,7 @@ vec3 fresnel_reflectance(Fresnel f, float cos_d, float one_minus_cos_d) {
     if (f.option == FRESNEL_DIELECTRIC) {
         return vec3(f_dielectric(f.ior, cos_d));
     }
-    return f_conductor(f.eta, f.k, cos_d);
+    return f_conductor(f.eta, f.k, cos_d, one_minus_cos_d);
 }
 
 // The tables' variable, in which the loss at grazing angles has the same shape for all slopes.

@@ -27,7 +27,7 @@ def test_a_conductor_equals_the_complex_formula():
     rng = np.random.default_rng(41)
     eta, k = rng.uniform(0.05, 6, (2000, 3)), rng.uniform(0.01, 12, (2000, 3))
     cosine = np.concatenate([10 ** rng.uniform(-7, 0, 1000), rng.uniform(0, 1, 1000)])
-    value = jax.jit(jax.vmap(f_conductor))(eta, k, cosine)
+    value = jax.jit(jax.vmap(f_conductor))(eta, k, cosine, 1 - cosine)
     np.testing.assert_allclose(value, exact(eta + 1j * k, cosine[:, None]), rtol=1e-12)
 
 
