@@ -22,7 +22,7 @@ lint: setup
 	$(BIN)/basedpyright
 
 stress: setup
-	$(BIN)/python -m pytest -q -m stress
+	$(BIN)/brdf stress
 
 bench: setup
 	$(BIN)/python -m tests.benchmarks
