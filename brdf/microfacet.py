@@ -37,7 +37,7 @@ from .masking import (
     v_smith_separable,
 )
 from .model import AbstractBRDF, Claims
-from .parameter import choice, color, scalar, slope
+from .parameter import choice, color, rotation, scalar, slope
 from .sampling import Proposals, SpecularLobe
 
 # Option of `masking` -> visibility of (g, cos_lambda_i, cos_lambda_o, alpha).
@@ -75,15 +75,7 @@ class AbstractMicrofacet(AbstractBRDF):
     alpha: Scalar = slope(1e-4, 1.0, 0.3, "slope of the facets; the square of perceptual roughness", when=_ISOTROPIC)
     alpha_x: Scalar = slope(1e-4, 1.0, 0.3, "slope along the tangent frame's x axis", when=_ANISOTROPIC)
     alpha_y: Scalar = slope(1e-4, 1.0, 0.3, "slope along the tangent frame's y axis", when=_ANISOTROPIC)
-    rotation: Scalar = scalar(
-        -1.5707963,
-        1.5707963,
-        0.0,
-        "angle by which the tangent frame is turned about the normal",
-        unit="rad",
-        starts=(-0.8, 0.0, 0.8),
-        when=_ANISOTROPIC,
-    )
+    rotation: Scalar = rotation(when=_ANISOTROPIC)
     masking: str = choice(*VISIBILITY, doc="which facets see light and viewer")
     fresnel: str = choice(
         "schlick",

@@ -127,6 +127,15 @@ def slope(
     return _declare(Parameter("", "scalar", lower, upper, default, "1", doc, True, starts), when)
 
 
+def rotation(
+    doc: str = "angle by which the tangent frame is turned about the normal",
+    *,
+    when: Mapping[str, tuple[str, ...]] | None = None,
+) -> Any:
+    """Declares the angle of an anisotropic lobe's axes in radians; half a turn changes nothing."""
+    return scalar(-1.5707963, 1.5707963, 0.0, doc, unit="rad", starts=(-0.8, 0.0, 0.8), when=when)
+
+
 def color(
     lower: float,
     upper: float,

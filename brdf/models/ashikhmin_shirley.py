@@ -19,7 +19,7 @@ from ..cosine_power import EXPONENT_STARTS, cos_h_power, cos_h_power_anisotropic
 from ..frame import Geometry, Scalar
 from ..fresnel import f_schlick
 from ..model import AbstractBRDF, Color
-from ..parameter import choice, color, scalar
+from ..parameter import choice, color, rotation, scalar
 from ..sampling import Proposals, SpecularLobe
 
 _ISOTROPIC, _ANISOTROPIC = {"anisotropy": ("isotropic",)}, {"anisotropy": ("anisotropic",)}
@@ -44,15 +44,7 @@ class AshikhminShirley(AbstractBRDF):
     exponent_y: Scalar = scalar(
         1.0, 1e5, 50.0, "sharpness along the tangent frame's y axis", starts=EXPONENT_STARTS, when=_ANISOTROPIC
     )
-    rotation: Scalar = scalar(
-        -1.5707963,
-        1.5707963,
-        0.0,
-        "angle by which the tangent frame is turned about the normal",
-        unit="rad",
-        starts=(-0.8, 0.0, 0.8),
-        when=_ANISOTROPIC,
-    )
+    rotation: Scalar = rotation(when=_ANISOTROPIC)
     albedo: Color = color(0.0, 1.0, 0.0, "reflectance of the diffuse base", when={"diffuse": ("coupled",)})
     anisotropy: str = choice("isotropic", "anisotropic", doc="one exponent, or two along a tangent frame")
     diffuse: str = choice(

@@ -30,7 +30,7 @@ from ..frame import Color, Geometry, Scalar, turned
 from ..fresnel import f_schlick, schlick_weight
 from ..masking import v_smith_separable
 from ..model import AbstractBRDF, Claims
-from ..parameter import choice, color, is_absent, scalar
+from ..parameter import choice, color, is_absent, rotation, scalar
 from ..sampling import Proposals, SpecularLobe
 
 _ALPHA_MIN = 1e-3
@@ -91,9 +91,7 @@ class Disney(AbstractBRDF):
     anisotropic: Scalar = scalar(
         0.0, 1.0, 0.0, "elongation of the highlight along the tangent; its aspect at 1 is 10", weight=True
     )
-    rotation: Scalar = scalar(
-        -1.5707963, 1.5707963, 0.0, "angle by which the tangent frame is turned about the normal", unit="rad"
-    )
+    rotation: Scalar = rotation()
     sheen: Scalar = scalar(0.0, 1.0, 0.0, "strength of an additional lobe at grazing angles, for cloth", weight=True)
     sheen_tint: Scalar = scalar(0.0, 1.0, 0.5, "how far the sheen takes the hue of the base")
     clearcoat: Scalar = scalar(0.0, 1.0, 0.0, "strength of a second specular lobe, of index 1.5", weight=True)

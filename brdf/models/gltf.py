@@ -33,7 +33,7 @@ from ..fresnel import f_schlick, schlick_weight
 from ..layering import f0_of_ior
 from ..masking import v_smith
 from ..model import AbstractBRDF, Claims
-from ..parameter import color, is_absent, scalar
+from ..parameter import color, is_absent, rotation, scalar
 from ..sampling import Proposals, SpecularLobe
 from ..sheen import charlie_albedo, d_charlie, v_charlie
 
@@ -88,14 +88,7 @@ class GLTF(AbstractBRDF):
     anisotropy_strength: Scalar = scalar(
         0.0, 1.0, 0.0, "how far the roughness along the tangent is raised towards 1", starts=(0.0, 0.5), weight=True
     )
-    anisotropy_rotation: Scalar = scalar(
-        -1.5707963,
-        1.5707963,
-        0.0,
-        "angle of the raised roughness from the tangent",
-        unit="rad",
-        starts=(-0.8, 0.0, 0.8),
-    )
+    anisotropy_rotation: Scalar = rotation("angle of the raised roughness from the tangent")
 
     def reflect(self, g: Geometry) -> Color:
         t = g if is_absent(self.anisotropy_strength) else turned(g, self.anisotropy_rotation)

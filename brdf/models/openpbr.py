@@ -45,7 +45,7 @@ from ..layering import (
 )
 from ..masking import v_smith
 from ..model import AbstractBRDF, Claims
-from ..parameter import color, is_absent, scalar
+from ..parameter import color, is_absent, rotation, scalar
 from ..sampling import Proposals, SpecularLobe
 from ..sheen import fuzz, fuzz_albedo
 
@@ -121,9 +121,7 @@ class OpenPBR(AbstractBRDF):
     specular_roughness_anisotropy: Scalar = scalar(
         0.0, 1.0, 0.0, "elongation of the base's highlight along the tangent", starts=(0.0, 0.5), weight=True
     )
-    rotation: Scalar = scalar(
-        -1.5707963, 1.5707963, 0.0, "angle by which the tangent frame is turned about the normal", unit="rad"
-    )
+    rotation: Scalar = rotation()
     coat_weight: Scalar = scalar(0.0, 1.0, 0.0, "share of the surface that the coat covers", weight=True)
     coat_color: Color = color(0.0, 1.0, 1.0, "what the coat lets through in and out, at normal incidence")
     coat_roughness: Scalar = scalar(

@@ -4,6 +4,7 @@
 #include "common.glsl"
 #include "fresnel.glsl"
 #include "masking.glsl"
+#include "proposals.glsl"
 
 // What a facet's reflectance depends on; only those that the choice `option` names are looked at.
 struct Fresnel {
@@ -21,6 +22,8 @@ struct Fresnel {
 #define IS_ANISOTROPIC(m) (m.anisotropy == ANISOTROPY_ANISOTROPIC)
 #define SLOPES(m) (IS_ANISOTROPIC(m) ? vec2(m.alpha_x, m.alpha_y) : vec2(m.alpha))
 #define MEAN_SLOPE(m) (IS_ANISOTROPIC(m) ? sqrt(m.alpha_x * m.alpha_y) : m.alpha)
+
+#define ROTATION(m) (IS_ANISOTROPIC(m) ? m.rotation : 0.0)
 
 float visibility(int option, Geometry g, float cos_lambda_i, float cos_lambda_o, float alpha) {
     if (option == MASKING_SMITH) {
@@ -92,4 +95,13 @@ vec3 multiple_scattering(Fresnel fresnel, float loss_i, float loss_o, float mean
     vec3 f = fresnel_average(fresnel);
     vec3 f_multiple = f * f * (1.0 - mean_loss) / (1.0 - f * mean_loss);
     return f_multiple * (softened(loss_i) / mean_loss * (softened(loss_o) / PI));
+}
+
+// GGX normals of these slopes, and a share `diffuse` of the cosine beside them.
+Proposals mixture(Fresnel fresnel, vec2 slopes, float rotation, float diffuse, float cos_o) {
+    float weight = channel_mean(fresnel_reflectance(fresnel, cos_o, 1.0 - cos_o));
+    Proposals p = no_proposals();
+    p.diffuse = diffuse * weight;
+    p.specular[0] = SpecularLobe(weight, slopes.x, slopes.y, rotation);
+    return p;
 }

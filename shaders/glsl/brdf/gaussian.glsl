@@ -5,7 +5,6 @@
 #include "distributions.glsl"
 #include "gaussian.glsl"
 #include "microfacet.glsl"
-#include "proposals.glsl"
 
 vec3 gaussian(gaussian_params m, Geometry g) {
     Geometry local = g;
@@ -37,11 +36,7 @@ vec3 gaussian(gaussian_params m, Geometry g) {
 }
 
 Proposals gaussian_proposals(gaussian_params m, float cos_o) {
-    vec2 slopes = SLOPES(m);
     float alpha = MEAN_SLOPE(m);
-    float weight = channel_mean(fresnel_reflectance(FRESNEL_OF(m), cos_o, 1.0 - cos_o));
-    Proposals p = no_proposals();
-    p.diffuse = m.energy == ENERGY_MULTIPLE ? (1e-3 + alpha * alpha) * weight : 0.0;
-    p.specular[0] = SpecularLobe(weight, slopes.x, slopes.y, IS_ANISOTROPIC(m) ? m.rotation : 0.0);
-    return p;
+    float diffuse = m.energy == ENERGY_MULTIPLE ? 1e-3 + alpha * alpha : 0.0;
+    return mixture(FRESNEL_OF(m), SLOPES(m), ROTATION(m), diffuse, cos_o);
 }

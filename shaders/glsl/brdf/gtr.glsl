@@ -4,7 +4,6 @@
 #include "common.glsl"
 #include "distributions.glsl"
 #include "microfacet.glsl"
-#include "proposals.glsl"
 
 vec3 gtr(gtr_params m, Geometry g) {
     Geometry local = g;
@@ -25,10 +24,5 @@ vec3 gtr(gtr_params m, Geometry g) {
 }
 
 Proposals gtr_proposals(gtr_params m, float cos_o) {
-    vec2 slopes = SLOPES(m);
-    float weight = channel_mean(fresnel_reflectance(FRESNEL_OF(m), cos_o, 1.0 - cos_o));
-    Proposals p = no_proposals();
-    p.diffuse = max(2.0 - m.gamma, 0.0) * weight;
-    p.specular[0] = SpecularLobe(weight, slopes.x, slopes.y, IS_ANISOTROPIC(m) ? m.rotation : 0.0);
-    return p;
+    return mixture(FRESNEL_OF(m), SLOPES(m), ROTATION(m), max(2.0 - m.gamma, 0.0), cos_o);
 }
