@@ -62,7 +62,9 @@ def d_beckmann(g: Geometry, alpha_x: Scalar, alpha_y: Scalar) -> Scalar:
     exponent = jnp.where(inside, exponent, jnp.zeros_like(exponent))
     secant2 = g.m2 / (g.m_z * g.m_z)
     secant2 = jnp.where(inside, secant2, jnp.ones_like(secant2))
-    density = jnp.exp(-exponent) * secant2 * secant2 / (jnp.pi * alpha_x * alpha_y)
+    # The exponential in two halves: it may lie below the range of float32 where the density does not.
+    decay = jnp.exp(-0.5 * exponent)
+    density = decay * (secant2 * secant2 / (jnp.pi * alpha_x * alpha_y)) * decay
     return jnp.where(inside, density, jnp.zeros_like(density))
 
 
@@ -87,7 +89,9 @@ def d_gtr(g: Geometry, alpha_x: Scalar, alpha_y: Scalar, gamma: Scalar, norm: Sc
         t_x * (g.m_x * (1 - alpha_x)) * (1 + alpha_x) / alpha_x
         + t_y * (g.m_y * (1 - alpha_y)) * (1 + alpha_y) / alpha_y
     )
-    return jnp.exp(-gamma * jnp.log1p(t2 / g.m2)) / (jnp.pi * alpha_x * alpha_y * norm)
+    # In two halves: a power may lie below the range of float32 where the density does not.
+    decay = jnp.exp(-0.5 * gamma * jnp.log1p(t2 / g.m2))
+    return decay * (1 / (jnp.pi * alpha_x * alpha_y * norm)) * decay
 
 
 def gtr_norm(alpha2: Scalar, gamma: Scalar) -> Scalar:

@@ -3,7 +3,7 @@
     f_ms = F_ms (1 - E(cos_i)) (1 - E(cos_o)) / (pi (1 - E_avg)),   F_ms = F_avg^2 E_avg / (1 - F_avg (1 - E_avg))
 
 E is the directional albedo of the model with F = 1 and Smith's height-correlated masking, E_avg its cosine-weighted
-mean. It is reciprocal, and a white surface then reflects everything, to 5e-3.
+mean. It is reciprocal, and a white surface then reflects everything, to 6e-3.
 
 - Kulla, Conty 2017, "Revisiting Physically Based Shading at Imageworks", SIGGRAPH course notes.
 - Jakob, d'Eon, Jakob, Marschner 2014, "A Comprehensive Framework for Rendering Layered Materials", supplement: F_ms.
@@ -40,7 +40,7 @@ _DISTRIBUTIONS: dict[str, tuple[_Density, _CosLambda]] = {
     ),
 }
 # Cosines and slopes of the table, and nodes of the quadrature per direction.
-_COSINES, _ALPHAS, _NODES = 16, 12, 64
+_COSINES, _ALPHAS, _NODES = 12, 10, 64
 # A loss is rounded up smoothly, to 4e-3 at least: one that is nothing but rounding errors of the table would be the
 # whole value where a narrow lobe has none.
 _SOFTNESS = 8e-3

