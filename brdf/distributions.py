@@ -28,8 +28,7 @@ _EXPONENT_MAX = 700.0
 _BECKMANN_A_MAX = 10.0
 # Below it the series to the fifth power is good to 1e-15.
 _SERIES_MAX = 1e-2
-# The midpoint rule converges geometrically for a smooth function over an ellipse.
-_ELLIPSE_NODES = 16
+_ELLIPSE_NODES = 32
 
 
 def alpha_sin2(w: Direction, alpha_x: Scalar, alpha_y: Scalar) -> Scalar:
@@ -112,8 +111,17 @@ def _mean_decay(x: Scalar) -> Scalar:
 
 
 def elliptic_mean(function: Callable[[Scalar], Scalar], alpha_x: Scalar, alpha_y: Scalar) -> Scalar:
-    """The mean of a function of alpha^2 over the ellipse of slopes, by the midpoint rule in its eccentric anomaly."""
-    angles = (np.arange(_ELLIPSE_NODES) + 0.5) * (np.pi / 2 / _ELLIPSE_NODES)
-    x = jnp.asarray(np.cos(angles), jnp.result_type(alpha_x)) * alpha_x
-    y = jnp.asarray(np.sin(angles), jnp.result_type(alpha_y)) * alpha_y
-    return jnp.mean(jax.vmap(function)(x * x + y * y))
+    """The mean of a function of alpha^2 over the ellipse of slopes, in its eccentric anomaly.
+
+    Gauss-Legendre in w with anomaly = r sinh(w), r the ratio of the slopes: as many nodes near the thin end, where the
+    function may be all but singular, as elsewhere. Exact to 1e-8 for slopes from 1e-4 to 1.
+    """
+    low, high = jnp.minimum(alpha_x, alpha_y), jnp.maximum(alpha_x, alpha_y)
+    ratio = low / high
+    abscissas, weights = np.polynomial.legendre.leggauss(_ELLIPSE_NODES)
+    span = jnp.arcsinh(0.5 * jnp.pi / ratio)
+    w = span * jnp.asarray(0.5 * (1 + abscissas), ratio.dtype)
+    anomaly = ratio * jnp.sinh(w)
+    x, y = low * jnp.cos(anomaly), high * jnp.sin(anomaly)
+    stretch = ratio * jnp.cosh(w) * span / jnp.pi
+    return jnp.sum(jnp.asarray(weights, ratio.dtype) * stretch * jax.vmap(function)(x * x + y * y))

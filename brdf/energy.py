@@ -9,7 +9,7 @@ mean. It is reciprocal, and a white surface then reflects everything, to 6e-3.
 - Jakob, d'Eon, Jakob, Marschner 2014, "A Comprehensive Framework for Rendering Layered Materials", supplement: F_ms.
 
 E is a quadrature over directions drawn from visible GGX normals, kept as a Chebyshev table. The twin of this file is
-`shaders/glsl/energy.glsl`.
+part of `shaders/glsl/microfacet.glsl`.
 """
 
 from __future__ import annotations
@@ -44,7 +44,8 @@ _COSINES, _ALPHAS, _NODES = 12, 10, 64
 # A loss is rounded up smoothly, to 4e-3 at least: one that is nothing but rounding errors of the table would be the
 # whole value where a narrow lobe has none.
 _SOFTNESS = 8e-3
-# Gauss-Legendre nodes in the cosine, exact for Schlick's polynomials with their tint: degree 8 times the cosine.
+# Gauss-Legendre nodes in the cosine: exact for Schlick's polynomials, with their tint where it is not cut at 0; good to
+# 1e-3 for the other choices.
 _FRESNEL_NODES = 5
 
 

@@ -40,7 +40,7 @@ class Parameter:
     - `default`: inside the bounds.
     - `unit`: `"1"` for a plain number, else the unit.
     - `doc`: one sentence.
-    - `slope`: whether it is the RMS-like slope of a specular lobe. The fit scans it; the preview samples with it.
+    - `slope`: whether it is the RMS-like slope of a specular lobe.
     - `starts`: values that the global start of a fit scans; a colour has none, its start is solved for.
     - `fit_square`: whether the fit's unknown is its square, for a model that is even in it.
     - `weight`: whether it scales a part of the model that vanishes with it; where it is 0 that part costs nothing.
@@ -93,7 +93,9 @@ class Choice:
 def _floating(value: Any) -> Any:
     """Makes a plain number or list a float64 NumPy array, so that no digit read from a file is lost where JAX is in
     float32 mode; leaves JAX arrays, tracers and the placeholders of tree operations as they are."""
-    is_plain = isinstance(value, int | float | list | tuple | np.ndarray | np.generic) and value is not ABSENT
+    is_plain = isinstance(value, int | float | list | tuple | np.ndarray | np.generic) and not isinstance(
+        value, _Absent
+    )
     return np.asarray(value, np.float64) if is_plain else value
 
 
@@ -175,7 +177,7 @@ def _declared(model: Any, kind: type) -> list[Any]:
 
 def is_absent(value: Any) -> bool:
     """Whether a weight is known to be 0 before anything is compiled."""
-    return value is ABSENT
+    return isinstance(value, _Absent)
 
 
 def parameters(model: Any) -> tuple[Parameter, ...]:

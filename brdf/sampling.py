@@ -73,7 +73,9 @@ def density(p: Proposals, g: Geometry) -> Scalar:
 def draw(p: Proposals, wo: Direction, u: Float[Array | np.ndarray, "3"]) -> Direction:
     """A direction to the light from the mixture: `u[0]` chooses the part, `u[1]` and `u[2]` the direction."""
     wi = sample_cosine(u[1:])
-    chosen = u[0] * _total(p) - p.diffuse
+    total = _total(p)
+    # Nothing is chosen but the cosine where all weights are zero.
+    chosen = jnp.where(total > 0, u[0] * total - p.diffuse, -jnp.ones_like(total))
     for lobe in p.specular:
         c, s = jnp.cos(lobe.rotation), jnp.sin(lobe.rotation)
         local = jnp.stack([c * wo[0] + s * wo[1], c * wo[1] - s * wo[0], wo[2]])

@@ -87,12 +87,6 @@ class Unknowns(eqx.Module):
             lobes[unknown.lobe] = dataclasses.replace(lobes[unknown.lobe], **{unknown.parameter.name: value})
         return combine(lobes)
 
-    def vector(self, model: AbstractBRDF) -> np.ndarray:
-        """The solver's vector of a model; inverse of `model`."""
-        lobes = split(model)
-        values = [_inward(u.parameter, getattr(lobes[u.lobe], u.parameter.name)) for u in self.free]
-        return np.concatenate([np.atleast_1d(value) for value in values]) if values else np.zeros(0)
-
     def settled(self, y: np.ndarray, at_bound: np.ndarray) -> AbstractBRDF:
         """The model of a solution, in NumPy arrays, with the elements at a bound put on the declared bound exactly."""
         lobes = split(self.template)

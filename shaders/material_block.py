@@ -26,7 +26,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from brdf.chebyshev import Chebyshev
-from brdf.model import AbstractBRDF
+from brdf.model import AbstractBRDF, specialized
 from brdf.parameter import Parameter, choices, parameters
 from brdf.registry import name_of, split
 
@@ -88,7 +88,7 @@ def pack(model: AbstractBRDF) -> bytes:
 
 def proposal_count(model: AbstractBRDF) -> int:
     """The number of specular lobes that the model proposes to sample, all lobes of a sum together."""
-    return len(model.proposals(jnp.asarray(1.0)).specular)
+    return len(specialized(model).proposals(jnp.asarray(1.0)).specular)
 
 
 def glsl(model: AbstractBRDF) -> str:

@@ -138,8 +138,10 @@ class Disney(AbstractBRDF):
         diffuse = (1 - self.metallic) * (jnp.mean(self.base_color) + 0.1 * self.sheen) + 0.5 * coat
         alpha_x, alpha_y = slopes(self.roughness, self.anisotropic)
         alpha = clearcoat_alpha(self.clearcoat_gloss)
-        lobes = (SpecularLobe(specular, alpha_x, alpha_y, self.rotation), SpecularLobe(coat, alpha, alpha, 0 * coat))
-        return Proposals(diffuse, lobes)
+        base_lobe = SpecularLobe(specular, alpha_x, alpha_y, self.rotation)
+        if is_absent(self.clearcoat):
+            return Proposals(diffuse, (base_lobe,))
+        return Proposals(diffuse, (base_lobe, SpecularLobe(coat, alpha, alpha, 0 * coat)))
 
     def claims(self) -> Claims:
         return Claims(reciprocal=True, albedo_max=math.inf)

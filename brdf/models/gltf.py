@@ -121,6 +121,8 @@ class GLTF(AbstractBRDF):
         alpha_x, alpha_y = slopes(self.roughness, self.anisotropy_strength)
         alpha = alpha_of(self.clearcoat_roughness)
         base_lobe = SpecularLobe(below * specular, alpha_x, alpha_y, self.anisotropy_rotation)
+        if is_absent(self.clearcoat):
+            return Proposals(diffuse, (base_lobe,))
         return Proposals(diffuse, (base_lobe, SpecularLobe(coat, alpha, alpha, 0 * coat)))
 
     def claims(self) -> Claims:

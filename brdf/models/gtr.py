@@ -4,7 +4,8 @@
     D ~ 1 / (cos^2(theta_h) + sin^2(theta_h) (cos^2(phi_h)/alpha_x^2 + sin^2(phi_h)/alpha_y^2))^gamma
 
 `gamma = 1` is Berry's distribution, `gamma = 2` is GGX; larger ones approach a Gaussian of slope alpha / sqrt(gamma).
-Smith's masking of this family has no closed form: as in the source, that of GGX with the same slope stands for it.
+Smith's masking of this family has no closed form: as in the source, that of GGX with the same slope stands for it,
+which for gamma below 2 hides too little at grazing angles.
 
 - Burley 2012, "Physically-Based Shading at Disney", SIGGRAPH course notes, appendix B.
 - Heitz 2014, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs".
@@ -13,11 +14,14 @@ Smith's masking of this family has no closed form: as in the source, that of GGX
 
 from __future__ import annotations
 
+import math
+
 import jax.numpy as jnp
 
 from ..distributions import cos_lambda_ggx, d_gtr, elliptic_mean, gtr_norm
 from ..frame import Color, Geometry, Scalar
 from ..microfacet import AbstractMicrofacet
+from ..model import Claims
 from ..parameter import scalar
 from ..sampling import Proposals
 
@@ -43,3 +47,7 @@ class GTR(AbstractMicrofacet):
     def proposals(self, cos_o: Scalar) -> Proposals:
         # Tails longer than GGX's need the cosine beside it.
         return self.mixture(cos_o, jnp.maximum(2 - self.gamma, 0.0))
+
+    def claims(self) -> Claims:
+        """GGX's masking does not suit the longer tails of a small gamma: they reflect more than they receive."""
+        return Claims(albedo_max=1.0 if self.masking == "v_cavity" else math.inf)

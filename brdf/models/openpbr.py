@@ -159,7 +159,7 @@ class OpenPBR(AbstractBRDF):
         coat_lobe = SpecularLobe(coat, alpha_coat, alpha_coat, 0 * coat)
         # The cosine stands for the diffuse base and for the fuzz, both broad.
         broad = covered * jnp.mean(self.fuzz_color) + below * (1 - self.base_metalness) * diffuse
-        return Proposals(broad, (base_lobe, coat_lobe))
+        return Proposals(broad, (base_lobe,) if is_absent(self.coat_weight) else (base_lobe, coat_lobe))
 
     def claims(self) -> Claims:
         return Claims(reciprocal=False, albedo_max=math.inf)

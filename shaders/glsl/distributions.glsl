@@ -13,8 +13,14 @@
 
 // erfc(9) = 4e-37: beyond it Lambda of Beckmann is zero in float32, and exp(-9^2) is still in its range.
 const float BECKMANN_A_MAX = 9.0;
-// The midpoint rule converges geometrically for a smooth function over an ellipse.
-const int ELLIPSE_NODES = 16;
+// Gauss-Legendre with 32 nodes in [0, 1]: the lower half of the nodes, and the weights of either half, which sum to 1.
+const int ELLIPSE_HALF = 16;
+const float ELLIPSE_NODE[ELLIPSE_HALF] = float[](
+    0.001368069, 0.007194244, 0.017618872, 0.032546962, 0.051839422, 0.075316193, 0.102758102, 0.133908941,
+    0.168477867, 0.206142121, 0.246550046, 0.289324362, 0.334065699, 0.380356319, 0.427764019, 0.475846167);
+const float ELLIPSE_WEIGHT[ELLIPSE_HALF] = float[](
+    0.007018610, 0.016274395, 0.025392065, 0.034273863, 0.042835898, 0.050998059, 0.058684093, 0.065822223,
+    0.072345794, 0.078193896, 0.083311924, 0.087652093, 0.091173879, 0.093844399, 0.095638720, 0.096540089);
 
 // (alpha_x x)^2 + (alpha_y y)^2: alpha^2 sin^2(theta) where the slopes are equal (Heitz 2014, eq. 80).
 float alpha_sin2(vec3 w, float alpha_x, float alpha_y) {
@@ -77,20 +83,32 @@ float gtr_norm(float alpha2, float gamma) {
     return mean_decay((gamma - 1.0) * spread) / mean_decay(spread);
 }
 
-// The i-th node of the midpoint rule over a quarter of the unit circle.
-vec2 ellipse_point(int i) {
-    float angle = (float(i) + 0.5) * (0.5 * PI / float(ELLIPSE_NODES));
-    return vec2(sin_compensated(0.5 * PI - angle).x, sin_compensated(angle).x);
+// alpha^2 and the weight of the i-th node over the ellipse of slopes, see brdf/distributions.py: elliptic_mean.
+vec2 ellipse_point(int i, float alpha_x, float alpha_y) {
+    float low = min(alpha_x, alpha_y);
+    float high = max(alpha_x, alpha_y);
+    float ratio = low / high;
+    float end = 0.5 * PI / ratio;
+    float span = log_accurate(end + sqrt(end * end + 1.0));
+    float node = ELLIPSE_NODE[i % ELLIPSE_HALF];
+    float w = span * (i < ELLIPSE_HALF ? node : 1.0 - node);
+    float growth = exp_accurate(w, 0.0);
+    float decay = 1.0 / growth;
+    // sinh(w) from its series where the exponentials cancel.
+    float w2 = w * w;
+    float sinh_w = w < 0.5 ? w * (1.0 + w2 / 6.0 * (1.0 + w2 / 20.0 * (1.0 + w2 / 42.0))) : 0.5 * (growth - decay);
+    float anomaly = min(ratio * sinh_w, 0.5 * PI);
+    float x = low * sin_compensated(0.5 * PI - anomaly).x;
+    float y = high * sin_compensated(anomaly).x;
+    return vec2(x * x + y * y, ELLIPSE_WEIGHT[i % ELLIPSE_HALF] * ratio * 0.5 * (growth + decay) * span / PI);
 }
 
-// The mean of gtr_norm over the ellipse of slopes, by the midpoint rule in its eccentric anomaly.
+// The mean of gtr_norm over the ellipse of slopes.
 float gtr_norm_elliptic(float alpha_x, float alpha_y, float gamma) {
     float total = 0.0;
-    for (int i = 0; i < ELLIPSE_NODES; i++) {
-        vec2 axis = ellipse_point(i);
-        float x = axis.x * alpha_x;
-        float y = axis.y * alpha_y;
-        total += gtr_norm(x * x + y * y, gamma);
+    for (int i = 0; i < 2 * ELLIPSE_HALF; i++) {
+        vec2 point = ellipse_point(i, alpha_x, alpha_y);
+        total += point.y * gtr_norm(point.x, gamma);
     }
-    return total / float(ELLIPSE_NODES);
+    return total;
 }

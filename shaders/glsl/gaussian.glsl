@@ -23,13 +23,11 @@ float elevation_max(float alpha) {
 
 float gaussian_norm_elliptic(float alpha_x, float alpha_y) {
     float total = 0.0;
-    for (int i = 0; i < ELLIPSE_NODES; i++) {
-        vec2 axis = ellipse_point(i);
-        float x = axis.x * alpha_x;
-        float y = axis.y * alpha_y;
-        total += gaussian_norm(x * x + y * y);
+    for (int i = 0; i < 2 * ELLIPSE_HALF; i++) {
+        vec2 point = ellipse_point(i, alpha_x, alpha_y);
+        total += point.y * gaussian_norm(point.x);
     }
-    return total / float(ELLIPSE_NODES);
+    return total;
 }
 
 // The density of normals in 1/sr as two factors, as d_beckmann; beside the normal the exponent is Beckmann's times

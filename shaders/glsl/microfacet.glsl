@@ -84,9 +84,12 @@ vec3 fresnel_average(Fresnel f) {
     return total;
 }
 
+// As in brdf/energy.py.
+const float SOFTNESS = 8e-3;
+
 // A loss that is nothing but rounding errors, rounded up smoothly.
 float softened(float loss) {
-    return 0.5 * (loss + sqrt(loss * loss + 6.4e-5));
+    return 0.5 * (loss + sqrt(loss * loss + SOFTNESS * SOFTNESS));
 }
 
 // What is reflected after several facets, in 1/sr, from the losses 1 - E of both directions, as their table has them,

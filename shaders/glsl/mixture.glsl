@@ -14,8 +14,9 @@ float total_weight(float cos_o) {
 
 // A direction to the light, which may end below the horizon: u.x chooses the part, u.yz the direction.
 vec3 sample_brdf(vec3 wo, vec3 u) {
-    float chosen = u.x * total_weight(wo.z) - diffuse_proposal(wo.z);
-    if (chosen < 0.0 || PROPOSALS == 0) {
+    float total = total_weight(wo.z);
+    float chosen = u.x * total - diffuse_proposal(wo.z);
+    if (total <= 0.0 || chosen < 0.0 || PROPOSALS == 0) {
         return sample_cosine(u.yz);
     }
     for (int i = 0; i < PROPOSALS - 1; i++) {

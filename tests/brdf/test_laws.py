@@ -42,7 +42,7 @@ def test_no_model_reflects_more_than_it_claims(name):
     white = {p.name: np.full(p.size, p.upper).squeeze() for p in parameters(MODELS[name]) if p.kind == "color"}
     for model in cases.models(name, 7, 2):
         model = cases.broad(dataclasses.replace(model, **white))
-        for theta in (0.0, 0.8, 1.4):
+        for theta in (0.0, 0.8, 1.5):
             # Quadrature errs by 3e-5 where a model has kinks.
             assert float(np.max(albedo(model, theta))) <= model.claims().albedo_max * (1 + 3e-5)
 
