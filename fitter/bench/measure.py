@@ -8,12 +8,14 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
 from brdf.model import AbstractBRDF
+from brdf.parameter import is_absent
 from brdf.registry import combine, split
 
 from ..unknowns import Unknown, choose
@@ -117,7 +119,10 @@ def value_and_gradient(model: AbstractBRDF, wi: Any, wo: Any) -> Any:
 
 
 def _prepared(model: AbstractBRDF, points: int, dtype: str) -> tuple[AbstractBRDF, Array, Array]:
-    return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), (model, *directions(points, dtype)))
+    def number(leaf: Array | float) -> Array | float:
+        return leaf if is_absent(leaf) else jnp.asarray(leaf, dtype)
+
+    return jax.tree.map(number, (model, *directions(points, dtype)))
 
 
 def speed(model: AbstractBRDF, points: int, dtype: str, rounds: int) -> Speed:
@@ -140,12 +145,18 @@ def speed(model: AbstractBRDF, points: int, dtype: str, rounds: int) -> Speed:
 def cost(model: AbstractBRDF, points: int, dtype: str, rounds: int) -> Cost:
     """Measures what one value of a model costs; see `Cost`."""
     with jax.enable_x64(dtype == "float64"):
-        arguments = _prepared(model, points, dtype)
-        compiled = jax.jit(value).lower(*arguments).compile()
+        model, wi, wo = _prepared(model, points, dtype)
+        numbers, absent = eqx.partition(model, eqx.is_array)
+        arguments = (numbers, wi, wo)
+
+        def function(numbers: AbstractBRDF, wi: Array, wo: Array) -> Array:
+            return value(eqx.combine(numbers, absent), wi, wo)
+
+        compiled = jax.jit(function).lower(*arguments).compile()
         run = lambda: jax.block_until_ready(compiled(*arguments))  # noqa: E731
         per_second = rates({"value": (run, points)}, rounds)["value"]
         flops = float((compiled.cost_analysis() or {}).get("flops", float("nan"))) / points
-        return Cost(flops, NumpyProgram(value, *jax.tree.map(np.asarray, arguments)).size, per_second)
+        return Cost(flops, NumpyProgram(function, *jax.tree.map(np.asarray, arguments)).size, per_second)
 
 
 def difference(found: Array, truth: Array) -> float:

@@ -95,7 +95,8 @@ def _ratios(found: Bench) -> str:
 
 
 _ABSENT = (
-    "A static choice decides what is in the program at all: without a lobe, not one of its operations is left. "
+    "A static choice, or a weight that is known to be 0 beforehand, decides what is in the program at all: without a "
+    "lobe, not one of its operations is left. In the table above all weights are numbers, whatever their value. "
     "Floating-point operations are XLA's count after simplification; array operations are those of the jaxpr."
 )
 

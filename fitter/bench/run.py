@@ -4,14 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from brdf.model import specialized
 from brdf.registry import MODELS, build
 
 from .measure import cost, speed
 from .mitsuba import peers
 from .report import Bench
 
-# Without and with what a static choice leaves out.
+# Without and with what a static choice, or a weight that is 0 beforehand, leaves out.
 _PAIRS = {
+    ("disney, lobes of weight 0 absent", "disney, weights as numbers"): lambda: (
+        specialized(build("disney")),
+        build("disney"),
+    ),
+    ("openpbr, lobes of weight 0 absent", "openpbr, weights as numbers"): lambda: (
+        specialized(build("openpbr")),
+        build("openpbr"),
+    ),
     ("ggx", "lambert+ggx"): lambda: (build("ggx"), build("lambert+ggx")),
     ("ggx, energy = single", "ggx, energy = multiple"): lambda: (build("ggx"), MODELS["ggx"](energy="multiple")),
     ("ashikhmin_shirley, diffuse = none", "ashikhmin_shirley, diffuse = coupled"): lambda: (
