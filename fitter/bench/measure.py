@@ -119,7 +119,7 @@ def value_and_gradient(model: AbstractBRDF, wi: Any, wo: Any) -> Any:
 
 
 def _prepared(model: AbstractBRDF, points: int, dtype: str) -> tuple[AbstractBRDF, Array, Array]:
-    def number(leaf: Array | float) -> Array | float:
+    def number(leaf: Any) -> Any:
         return leaf if is_absent(leaf) else jnp.asarray(leaf, dtype)
 
     return jax.tree.map(number, (model, *directions(points, dtype)))
