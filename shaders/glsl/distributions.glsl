@@ -1,9 +1,8 @@
 // Microfacet slope distributions: the density D of normals, and Lambda of Smith's masking times the cosine.
 //
-// - Burley 2012, "Physically-Based Shading at Disney", appendix B.
-//
 // - Walter, Marschner, Li, Torrance 2007, "Microfacet Models for Refraction through Rough Surfaces".
 // - Heitz 2014, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs".
+// - Burley 2012, "Physically-Based Shading at Disney", appendix B.
 //
 // The twin of this file is brdf/distributions.py.
 

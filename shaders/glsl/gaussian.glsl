@@ -13,8 +13,11 @@ const float GAUSSIAN_REACH = 5.0;
 
 // tanh(x) for x >= 0.
 float tanh_accurate(float x) {
+    if (x < 0.1) {
+        return x * (1.0 - x * x * (1.0 / 3.0 - x * x * (2.0 / 15.0 - x * x * (17.0 / 315.0))));
+    }
     float e = exp_accurate(-2.0 * min(x, 40.0), 0.0);
-    return x < 0.1 ? x * (1.0 - x * x * (1.0 / 3.0 - x * x * (2.0 / 15.0 - x * x * (17.0 / 315.0)))) : (1.0 - e) / (1.0 + e);
+    return (1.0 - e) / (1.0 + e);
 }
 
 float elevation_max(float alpha) {

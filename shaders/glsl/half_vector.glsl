@@ -1,5 +1,5 @@
-// The slopes of the half vector with their rounding errors: what an exponential multiplies by its exponent must not start
-// from rounded numbers.
+// The slopes of the half vector with their rounding errors: what an exponential multiplies by its exponent must not
+// start from rounded numbers.
 
 #include "common.glsl"
 #include "compensated.glsl"

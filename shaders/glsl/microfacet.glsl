@@ -1,5 +1,5 @@
-// What the microfacet models share: the choices of visibility and of Fresnel, and multiple scattering. The twins of this
-// file are brdf/microfacet.py and brdf/energy.py, which hold the references.
+// What the microfacet models share: the choices of visibility and of Fresnel, and multiple scattering.
+// The twins of this file are brdf/microfacet.py and brdf/energy.py, which hold the references.
 
 #include "common.glsl"
 #include "fresnel.glsl"
@@ -22,7 +22,6 @@ struct Fresnel {
 #define IS_ANISOTROPIC(m) (m.anisotropy == ANISOTROPY_ANISOTROPIC)
 #define SLOPES(m) (IS_ANISOTROPIC(m) ? vec2(m.alpha_x, m.alpha_y) : vec2(m.alpha))
 #define MEAN_SLOPE(m) (IS_ANISOTROPIC(m) ? sqrt(m.alpha_x * m.alpha_y) : m.alpha)
-
 #define ROTATION(m) (IS_ANISOTROPIC(m) ? m.rotation : 0.0)
 
 float visibility(int option, Geometry g, float cos_lambda_i, float cos_lambda_o, float alpha) {

@@ -1,5 +1,5 @@
-// Beckmann microfacets: f = D(theta_h) V(wi, wo) F(theta_d). The twin of this file is brdf/models/beckmann.py, which holds
-// the references.
+// Beckmann microfacets: f = D(theta_h) V(wi, wo) F(theta_d).
+// The twin of this file is brdf/models/beckmann.py, which holds the references.
 
 #include "common.glsl"
 #include "distributions.glsl"

@@ -1,5 +1,5 @@
-// Gaussian microfacets: f = D(theta_h) V(wi, wo) F(theta_d). The twin of this file is brdf/models/gaussian.py, which holds
-// the references.
+// Gaussian microfacets: f = D(theta_h) V(wi, wo) F(theta_d).
+// The twin of this file is brdf/models/gaussian.py, which holds the references.
 
 #include "common.glsl"
 #include "distributions.glsl"

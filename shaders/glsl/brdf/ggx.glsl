@@ -1,5 +1,5 @@
-// GGX (Trowbridge-Reitz) microfacets: f = D(theta_h) V(wi, wo) F(theta_d). The twin of this file is brdf/models/ggx.py, which holds
-// the references.
+// GGX (Trowbridge-Reitz) microfacets: f = D(theta_h) V(wi, wo) F(theta_d).
+// The twin of this file is brdf/models/ggx.py, which holds the references.
 
 #include "common.glsl"
 #include "distributions.glsl"

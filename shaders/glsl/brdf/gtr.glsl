@@ -1,5 +1,5 @@
-// Generalised Trowbridge-Reitz microfacets: f = D(theta_h) V(wi, wo) F(theta_d). The twin of this file is brdf/models/gtr.py, which holds
-// the references.
+// Generalised Trowbridge-Reitz microfacets: f = D(theta_h) V(wi, wo) F(theta_d).
+// The twin of this file is brdf/models/gtr.py, which holds the references.
 
 #include "common.glsl"
 #include "distributions.glsl"
@@ -19,8 +19,7 @@ vec3 gtr(gtr_params m, Geometry g) {
     float v = visibility(m.masking, g, cos_lambda_i, cos_lambda_o, MEAN_SLOPE(m));
     Fresnel fresnel = FRESNEL_OF(m);
     vec3 f = fresnel_reflectance(fresnel, g.cos_d, g.one_minus_cos_d);
-    vec3 value = (d.x * v * f) * d.y;
-    return value;
+    return (d.x * v * f) * d.y;
 }
 
 Proposals gtr_proposals(gtr_params m, float cos_o) {
