@@ -59,9 +59,9 @@ def test_named_points_of_the_approximations():
 
 
 def test_the_spherical_gaussian_stays_near_schlick():
-    # Oracle: Karis 2013 offers it as a replacement; the two differ by at most 0.0014 at f0 = 0.
+    # Oracle: Karis 2013 offers it as a replacement; at f0 = 0 the two differ by at most 0.0038.
     for cosine in np.linspace(0, 1, 21):
         difference = f_spherical_gaussian(np.zeros(3), jnp.asarray(cosine)) - f_schlick(
             np.zeros(3), jnp.asarray(1 - cosine)
         )
-        assert np.max(np.abs(np.asarray(difference))) == pytest.approx(0, abs=1e-2)
+        assert np.max(np.abs(np.asarray(difference))) == pytest.approx(0, abs=3.8e-3)
