@@ -27,7 +27,8 @@ import numpy as np
 from brdf.errors import FileError, UserError
 from brdf.fresnel import f_conductor
 from brdf.metals import F0_MAX, F0_MIN
-from brdf.registry import nearest
+from brdf.parameter import parameters
+from brdf.registry import MODELS, nearest
 
 # Where the observer's table lies, in steps of 1 nm.
 WAVELENGTHS_NM = np.arange(360.0, 831.0)
@@ -39,7 +40,7 @@ PLAUSIBLE = {"n": (1e-4, 100.0), "k": (1e-6, 100.0)}
 # Room for some 30,000 rows.
 SIZE_MAX = 2**20
 # Bounds of the parameters `eta` and `k` of the models.
-ETA_BOUNDS, K_BOUNDS = (1e-3, 10.0), (1e-3, 20.0)
+ETA_BOUNDS, K_BOUNDS = ((p.lower, p.upper) for p in parameters(MODELS["ggx"]) if p.name in ("eta", "k"))
 ANGLES_DEG = np.arange(86.0)
 # Each round of the search narrows the bracket 32 times: 7 rounds take it from a factor 1e4 to 1e-9.
 _CANDIDATES, _ROUNDS = 65, 7
