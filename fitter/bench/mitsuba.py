@@ -73,7 +73,9 @@ def peers(names: Sequence[str], points: int, rounds: int) -> Peers:
             (line for line in done.stderr.splitlines() if "error" in line.lower()), f"exit status {done.returncode}"
         )
         missing = ", ".join(name for name in wanted if name not in found)
-        note += f"; n/a for {missing}: {reason[:100]} (another LLVM is named by DRJIT_LIBLLVM_PATH)"
+        # LLVM's message goes on with addresses.
+        reason = reason.partition(": 0x")[0][:100]
+        note += f"; n/a for {missing}: {reason} (another LLVM is named by DRJIT_LIBLLVM_PATH)"
     return Peers({name: Peer(**row) for name, row in found.items()}, note)
 
 
