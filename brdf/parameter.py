@@ -45,6 +45,9 @@ class Parameter:
     - `fit_square`: whether the fit's unknown is its square, for a model that is even in it.
     - `weight`: whether it scales a part of the model that vanishes with it; where it is 0 that part costs nothing.
     - `when`: pairs of a choice and its options with which alone the parameter is live; the others ignore it.
+    - `held`: values at which a fit holds it unless told otherwise, since measurements alone cannot tell it from others;
+      of several the one that fits best.
+    - `azimuthal`: whether only data that turn the sample about its normal tell anything of it.
     """
 
     name: str
@@ -59,6 +62,8 @@ class Parameter:
     fit_square: bool = False
     weight: bool = False
     when: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    held: tuple[float, ...] = ()
+    azimuthal: bool = False
 
     @property
     def size(self) -> int:
@@ -115,10 +120,25 @@ def scalar(
     fit_square: bool = False,
     weight: bool = False,
     when: Mapping[str, tuple[str, ...]] | None = None,
+    held: tuple[float, ...] = (),
+    azimuthal: bool = False,
 ) -> Any:
     """Declares a scalar parameter of a model; see `Parameter` for the arguments."""
-    starts = starts or (default,)
-    return _declare(Parameter("", "scalar", lower, upper, default, unit, doc, False, starts, fit_square, weight), when)
+    declared = Parameter(
+        "",
+        "scalar",
+        lower,
+        upper,
+        default,
+        unit,
+        doc,
+        starts=starts or (default,),
+        fit_square=fit_square,
+        weight=weight,
+        held=held,
+        azimuthal=azimuthal,
+    )
+    return _declare(declared, when)
 
 
 def slope(
@@ -135,7 +155,7 @@ def rotation(
     when: Mapping[str, tuple[str, ...]] | None = None,
 ) -> Any:
     """Declares the angle of an anisotropic lobe's axes in radians; half a turn changes nothing."""
-    return scalar(-1.5707963, 1.5707963, 0.0, doc, unit="rad", starts=(-0.8, 0.0, 0.8), when=when)
+    return scalar(-1.5707963, 1.5707963, 0.0, doc, unit="rad", starts=(-0.8, 0.0, 0.8), when=when, azimuthal=True)
 
 
 def color(

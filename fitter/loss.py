@@ -1,100 +1,118 @@
-"""How a fit compares a model with a measurement, and the samples in the layout in which it does so.
+"""How a fit compares a model with a measurement.
 
-A fit minimises the sum of squares of `residual`: the difference of log-compressed values (Low 2012), which follows the
-eye's sense of brightness and keeps a highlight from drowning the rest. The default loss, `log`, softens it beyond one
-e-fold, where it grows like a root, so that its square grows linearly: a saturated or shifted highlight that no model
-can follow then pulls less at everything else. Below that it is the plain difference to second order. `log_squares` is
-the plain one.
+Both values are compressed, `z = c(f, cos_i)`, and the difference of the two is judged by a function that is quadratic
+near 0. A loss is named by its compression and, if it has one, its treatment of large differences:
 
+    log           log(1 + f cos_i), follows the eye's sense of brightness and keeps a highlight from drowning the rest
+                  (Low 2012); softened beyond one e-fold, so that a highlight that no model can follow pulls less
+    log_squares   the same with plain squares
+    cosine        f cos_i (Lafortune 1997, Ngan 2005)
+    cube_root     (f cos_i)^(1/3) (Fores 2012)
+    square_root   (f cos_i)^(1/2)
+    linear        f
+
+and `log_huber`, `cosine_huber`, ... for the same with Huber's function, linear beyond a fifth of the median compressed
+value. `adaptive` (see `fitter.select`) fits with several and keeps the one whose picture is
+nearest to the measurement's (Bieron and Peers 2020).
+
+- Bieron, Peers 2020, "An Adaptive BRDF Fitting Metric".
+- Charbonnier, Blanc-Feraud, Aubert, Barlaud 1997, "Deterministic edge-preserving regularization in computed imaging".
+- Fores, Ferwerda, Gu 2012, "Toward a Perceptually Based Metric for BRDF Modeling".
+- Huber 1964, "Robust Estimation of a Location Parameter".
+- Lafortune, Foo, Torrance, Greenberg 1997, "Non-Linear Approximation of Reflectance Functions".
 - Low, Kronander, Ynnerman, Unger 2012, "BRDF Models for Accurate and Efficient Rendering of Glossy Surfaces".
-- Charbonnier, Blanc-Feraud, Aubert, Barlaud 1997, "Deterministic edge-preserving regularization in computed imaging"
-  (the softened square).
+- Ngan, Durand, Matusik 2005, "Experimental Analysis of BRDF Models".
 """
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
+from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from brdf.model import AbstractBRDF
+Values = Float[Array | np.ndarray, "3 n"]
+Cosines = Float[Array | np.ndarray, "1 n"]
+Compression = Callable[[Values, Cosines], Values]
 
-from .reflectance import Reflectance
+# Huber's threshold as a share of the median compressed value.
+_HUBER = 0.2
+# Roots have no derivative at 0: values are raised by this share of a white diffuse surface's.
+_DARK = 1e-4
 
-# Samples per chunk: one chunk's values and derivatives stay in a core's second-level cache.
-CHUNK = 4096
-_SEED = 20120101
 
+class Judged(NamedTuple):
+    """What a residual r contributes, all shape (3, n).
 
-class Samples(eqx.Module):
-    """The samples of a fit in shuffled chunks, channels before samples, so that arithmetic runs along memory.
-
-    The first chunk is a random subset of all samples, on which a fit can start. Empty places have weight zero.
-
-    - `wi`, `wo`: shape (chunks, 3, CHUNK).
-    - `target`: shape (chunks, 3, CHUNK), the compressed measurement (see `compress`).
-    - `root_weight`: shape (chunks, 1, CHUNK), the square root of each sample's weight over their mean.
-    - `loss`: a key of `LOSSES`.
+    - `cost`: rho(r).
+    - `slope`: rho'(r).
+    - `curvature`: of the Gauss-Newton approximation to rho in the residual's root, `(d sqrt(2 rho) / dr)^2`.
     """
 
-    wi: Float[Array | np.ndarray, "chunks 3 size"]
-    wo: Float[Array | np.ndarray, "chunks 3 size"]
-    target: Float[Array | np.ndarray, "chunks 3 size"]
-    root_weight: Float[Array | np.ndarray, "chunks 1 size"]
-    loss: str = eqx.field(static=True)
-
-    def chunk(self, index: int | Array) -> Samples:
-        """One chunk, without its first axis."""
-        return jax.tree.map(lambda array: jax.lax.dynamic_index_in_dim(array, index, keepdims=False), self)
+    cost: Values
+    slope: Values
+    curvature: Values
 
 
-def _soften(x: Float[Array, "3 n"]) -> Float[Array, "3 n"]:
-    """The number whose square is `2 (sqrt(1 + x^2) - 1)` (Charbonnier 1997), with the sign of x."""
-    return x * jnp.sqrt(2 / (1 + jnp.sqrt(1 + x * x)))
+def _squares(r: Values, scale: Any) -> Judged:
+    return Judged(0.5 * r * r, r, jnp.ones_like(r))
 
 
-LOSSES: dict[str, Callable[[Array], Array]] = {"log": _soften, "log_squares": lambda x: x}
+def _charbonnier(r: Values, scale: Any) -> Judged:
+    """Quadratic below 1, linear above (Charbonnier 1997)."""
+    q = jnp.sqrt(1 + r * r)
+    inverse = 1 / q
+    return Judged(r * r / (q + 1), r * inverse, 0.5 * (1 + q) * inverse * inverse)
 
 
-def compress(value: Float[Array | np.ndarray, "3 n"], cos_i: Float[Array | np.ndarray, "1 n"]) -> Float[Array, "3 n"]:
-    """The log compression `log(1 + f cos_i)` of Low 2012 in which a fit measures its distance."""
+def _huber(r: Values, scale: Any) -> Judged:
+    """Quadratic below a share of the scale, linear above (Huber 1964)."""
+    threshold = _HUBER * scale
+    size = jnp.abs(r)
+    beyond = size > threshold
+    safe = jnp.where(beyond, size, threshold)
+    cost = jnp.where(beyond, threshold * (safe - 0.5 * threshold), 0.5 * r * r)
+    return Judged(cost, jnp.clip(r, -threshold, threshold), jnp.where(beyond, threshold / (2 * safe - threshold), 1.0))
+
+
+def log_compress(value: Values, cos_i: Cosines) -> Values:
+    """`log(1 + f cos_i)` (Low 2012), in which every fit reports its error."""
     return jnp.log1p(value * cos_i)
 
 
-def arrange(data: Reflectance, loss: str) -> Samples:
-    """The samples of a measurement as a fit wants them.
-
-    The number of chunks is rounded up to 1, 2, 3, 4, 6, 8, 12, 16, ..., so that measurements of similar size share
-    their compiled programs.
-    """
-    count = len(data.value)
-    needed = -(-count // CHUNK)
-    power = 1 << (needed - 1).bit_length()
-    chunks = power * 3 // 4 if needed <= power * 3 // 4 else power
-    order = np.random.default_rng(_SEED).permutation(count)
-    padded = np.full(chunks * CHUNK, -1)
-    padded[:count] = order
-
-    def layout(array: np.ndarray) -> np.ndarray:
-        return np.ascontiguousarray(array[padded].reshape(chunks, CHUNK, 3).transpose(0, 2, 1))
-
-    # Only the ratios of weights matter.
-    weight = np.sqrt(data.weight / data.weight.mean())[padded]
-    weight[count:] = 0
-    target = np.log1p(data.value * data.wi[:, 2:3])
-    return Samples(layout(data.wi), layout(data.wo), layout(target), weight.reshape(chunks, 1, CHUNK), loss)
+def _root(power: float) -> Compression:
+    return lambda value, cos_i: (value * cos_i + _DARK) ** power
 
 
-def difference(model: AbstractBRDF, chunk: Samples) -> Float[Array, "3 n"]:
-    """The compressed model minus the compressed measurement on one chunk, unweighted."""
-    value = jax.vmap(model, in_axes=-1, out_axes=-1)(chunk.wi, chunk.wo)
-    return compress(value, chunk.wi[2:3]) - chunk.target
+_COMPRESSIONS: dict[str, Compression] = {
+    "log": log_compress,
+    "cosine": lambda value, cos_i: value * cos_i,
+    "cube_root": _root(1 / 3),
+    "square_root": _root(1 / 2),
+    "linear": lambda value, cos_i: value,
+}
 
 
-def residual(model: AbstractBRDF, chunk: Samples) -> Float[Array, "3 n"]:
-    """What a fit minimises the squares of, on one chunk."""
-    return LOSSES[chunk.loss](difference(model, chunk)) * chunk.root_weight
+@dataclasses.dataclass(frozen=True)
+class Loss:
+    """A compression of values, and a function of the difference and of the median compressed value."""
+
+    compress: Compression
+    judge: Callable[[Values, Any], Judged]
+
+
+LOSSES: dict[str, Loss] = {
+    "log": Loss(log_compress, _charbonnier),
+    "log_squares": Loss(log_compress, _squares),
+    **{name: Loss(compress, _squares) for name, compress in _COMPRESSIONS.items() if name != "log"},
+    **{f"{name}_huber": Loss(compress, _huber) for name, compress in _COMPRESSIONS.items()},
+}
+
+
+def compressed(loss: Loss, value: Values, cos_i: Cosines) -> tuple[Values, Values]:
+    """The compressed value and its derivative by the value, both (3, n)."""
+    return jax.jvp(lambda f: loss.compress(f, cos_i), (value,), (jnp.ones_like(value),))

@@ -1,100 +1,159 @@
-"""The normal equations of a fit, added up chunk by chunk in forward mode: no Jacobian of the measurement is stored."""
+"""The normal equations of a fit, added up chunk by chunk in forward mode: no Jacobian of the measurement is stored.
+
+Each free parameter is differentiated by itself, so that nothing that does not depend on it is compiled into its
+derivative; and where a channel of the value depends on that channel of a colour alone, one derivative serves all three.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
-from .loss import Samples, residual
-from .unknowns import Unknowns
+from brdf.frame import Geometry, geometry
+from brdf.model import AbstractBRDF
+
+from .levenberg import NormalEquations
+from .loss import LOSSES, Values, compressed, log_compress
+from .samples import Samples
+from .unknowns import Unknown, Unknowns
 
 
-class NormalEquations(NamedTuple):
-    """Cost, gradient and Gauss-Newton Hessian of a least-squares problem at one point.
+class Assessment(NamedTuple):
+    """What a pass over the samples tells about one point of the parameters.
 
-    - `cost`: half the sum of squared residuals.
-    - `gradient`: shape (k,), J^T r.
-    - `hessian`: shape (k, k), J^T J.
+    - `equations`: the normal equations of the loss.
+    - `log_abs`, `log_square`: sums of |d| and d^2 over samples of positive weight and channels, of the difference d of
+      `log(1 + f cos_i)`.
+    - `scores`: shape (k, k), the sum over samples of the outer product of each sample's own gradient, its channels
+      taken together; zero unless asked for. Beside the Hessian it tells how far the solution scatters, whatever the
+      distribution of the errors and however the channels of a sample are correlated.
     """
 
-    cost: Float[Array, ""]
-    gradient: Float[Array, " k"]
-    hessian: Float[Array, "k k"]
+    equations: NormalEquations
+    log_abs: Float[Array | np.ndarray, ""]
+    log_square: Float[Array | np.ndarray, ""]
+    scores: Float[Array | np.ndarray, "k k"]
 
 
-def normal_equations(
-    unknowns: Unknowns, y: Float[Array, " k"], samples: Samples, count: Int[Array, ""]
-) -> NormalEquations:
-    """The normal equations at `y` over the first `count` chunks of the samples."""
-    tangents, places = _directions(unknowns)
+def assess(
+    unknowns: Unknowns,
+    y: Float[Array | np.ndarray, " k"],
+    samples: Samples,
+    loss: str,
+    first: Int[Array | np.ndarray, ""],
+    count: Int[Array | np.ndarray, ""],
+    scores: Bool[Array | np.ndarray, ""],
+) -> Assessment:
+    """Assesses a point over `count` chunks of a slab, beginning with `first`."""
+    model = unknowns.model(y)
+    k = unknowns.size
+    places = _places(unknowns)
 
-    def add(index: Array, total: NormalEquations) -> NormalEquations:
+    def add(index: Array, total: Assessment) -> Assessment:
         chunk = samples.chunk(index)
-
-        r, push = jax.linearize(lambda y: residual(unknowns.model(y), chunk), y)
-        columns = [push(tangent) for tangent in tangents]
-        # Sums of products, one by one: XLA fuses them, but hands a contraction of thin matrices to a slow routine.
-        products = _table([[jnp.sum(a * b, axis=1) for b in columns] for a in columns], y)
-        slopes = _table([[jnp.sum(a * r, axis=1)] for a in columns], y)[..., 0]
-        return NormalEquations(
-            total.cost + 0.5 * jnp.vdot(r, r),
-            total.gradient + jnp.einsum("cgk,cg->k", places, slopes),
-            total.hessian + jnp.einsum("cgk,cgh,chl->kl", places, products, places),
+        g = jax.vmap(geometry, in_axes=-1, out_axes=-1)(chunk.wi, chunk.wo)
+        value = _value(model, g)
+        columns = [column for unknown in unknowns.free for column in _derivatives(unknowns, model, unknown, y, g)]
+        cos_i = chunk.wi[2:3]
+        z, rise = compressed(LOSSES[loss], value, cos_i)
+        judged = LOSSES[loss].judge(z - LOSSES[loss].compress(chunk.value, cos_i), chunk.scale)
+        distance = log_compress(value, cos_i) - log_compress(chunk.value, cos_i)
+        used = (chunk.weight > 0).astype(y.dtype)
+        slope = chunk.weight * rise * judged.slope
+        curvature = chunk.weight * rise * rise * judged.curvature
+        # Values and derivatives are computed once and kept: fused into each of the sums, they would be computed anew.
+        columns, slope, curvature = jax.lax.optimization_barrier((columns, slope, curvature))
+        sums = [_sums([chunk.weight * judged.cost, used * jnp.abs(distance), used * distance * distance])]
+        for row, column in enumerate(columns):
+            bent = curvature * column
+            sums.append(_sums([slope * column, *(bent * other for other in columns[: row + 1])]))
+        gradient, hessian = _assemble(sums[1:], places, y)
+        cost, log_abs, log_square = (part.sum() for part in sums[0])
+        equations = NormalEquations(cost, gradient, hessian)
+        own = jax.lax.cond(
+            jnp.asarray(scores), lambda: _scores(columns, slope, places, y), lambda: jnp.zeros((k, k), y.dtype)
         )
+        return jax.tree.map(jnp.add, total, Assessment(equations, log_abs, log_square, own))
 
-    k = unknowns.size
-    start = NormalEquations(jnp.zeros((), y.dtype), jnp.zeros(k, y.dtype), jnp.zeros((k, k), y.dtype))
-    return jax.lax.fori_loop(0, count, add, start)
-
-
-def score_products(
-    unknowns: Unknowns, y: Float[Array, " k"], samples: Samples, count: Int[Array, ""]
-) -> Float[Array, "k k"]:
-    """The sum over samples of the outer product of each sample's own gradient, its channels taken together.
-
-    Beside the Hessian it tells how far the solution scatters, whatever the distribution of the errors and however the
-    channels of a sample are correlated.
-    """
-    tangents, places = _directions(unknowns)
-
-    def add(index: Array, total: Float[Array, "k k"]) -> Float[Array, "k k"]:
-        chunk = samples.chunk(index)
-        r, push = jax.linearize(lambda y: residual(unknowns.model(y), chunk), y)
-        scores = jnp.zeros((unknowns.size, r.shape[1]), y.dtype)
-        for g, tangent in enumerate(tangents):
-            scores = scores + jnp.einsum("ck,cn->kn", places[:, g], push(tangent) * r)
-        return total + scores @ scores.T
-
-    return jax.lax.fori_loop(0, count, add, jnp.zeros((unknowns.size, unknowns.size), y.dtype))
+    zero = jnp.zeros((), y.dtype)
+    blank = NormalEquations(zero, jnp.zeros(k, y.dtype), jnp.zeros((k, k), y.dtype))
+    return jax.lax.fori_loop(first, first + count, add, Assessment(blank, zero, zero, jnp.zeros((k, k), y.dtype)))
 
 
-def _table(rows: list[list[Array]], y: Float[Array, " k"]) -> Float[Array, "3 rows columns"]:
-    if not rows:
-        return jnp.zeros((3, 0, 1), y.dtype)
-    return jnp.moveaxis(jnp.stack([jnp.stack(row) for row in rows]), -1, 0)
+def _value(model: AbstractBRDF, g: Geometry) -> Values:
+    """The model's value; every sample is above the horizon."""
+    return jax.vmap(model.reflect, in_axes=-1, out_axes=-1)(g)
 
 
-def _directions(unknowns: Unknowns) -> tuple[np.ndarray, np.ndarray]:
-    """Directions of differentiation, and where each one's derivative of a channel belongs.
+def _derivatives(
+    unknowns: Unknowns, model: AbstractBRDF, unknown: Unknown, y: Float[Array | np.ndarray, " k"], g: Geometry
+) -> list[Values]:
+    """The derivatives of the value by one unknown: one, or one per channel of a colour that mixes channels."""
+    at = y[unknown.elements] if unknown.parameter.size == 3 else y[unknown.offset]
 
-    Where a channel of the value depends on that channel of a colour alone, one direction serves all three.
+    def lobes(x: Array) -> Values:
+        first, *others = (_value(lobe, g) for lobe in unknowns.depending(model, unknown, x))
+        return sum(others, first)
 
-    **Returns:**
+    if _splits(unknowns, unknown):
+        return [jax.jvp(lobes, (at,), (row,))[1] for row in jnp.eye(3, dtype=y.dtype)]
+    return [jax.jvp(lobes, (at,), (jnp.ones_like(at),))[1]]
 
-    - shape (g, k): the directions.
-    - shape (3, g, k): one where channel c's derivative along direction g is the derivative by element k.
-    """
-    k = unknowns.size
-    if unknowns.mixes_channels:
-        return np.eye(k), np.broadcast_to(np.eye(k), (3, k, k))
-    tangents = np.zeros((len(unknowns.free), k))
-    places = np.zeros((3, len(unknowns.free), k))
-    for g, unknown in enumerate(unknowns.free):
-        tangents[g, unknown.elements] = 1
+
+def _splits(unknowns: Unknowns, unknown: Unknown) -> bool:
+    return unknown.parameter.size == 3 and unknowns.mixes_channels(unknown)
+
+
+def _places(unknowns: Unknowns) -> np.ndarray:
+    """Shape (3, columns, k): one where channel c of a column is the derivative by element k."""
+    rows = []
+    for unknown in unknowns.free:
+        row = np.zeros((3, unknowns.size))
         for channel in range(3):
-            places[channel, g, unknown.offset + (channel if unknown.parameter.size == 3 else 0)] = 1
-    return tangents, places
+            row[channel, unknown.offset + (channel if unknown.parameter.size == 3 else 0)] = 1
+        if _splits(unknowns, unknown):
+            rows += [np.tile(np.eye(unknowns.size)[unknown.offset + element], (3, 1)) for element in range(3)]
+        else:
+            rows.append(row)
+    return np.stack(rows, axis=1) if rows else np.zeros((3, 0, 0))
+
+
+def _sums(products: Sequence[Values]) -> tuple[Float[Array, "3"], ...]:
+    """Sums over the samples, all in one pass over memory."""
+    zeros = tuple(np.zeros((), products[0].dtype) for _ in products)
+    return jax.lax.reduce(tuple(products), zeros, lambda a, b: tuple(x + y for x, y in zip(a, b, strict=True)), (1,))
+
+
+def _assemble(
+    sums: list[tuple[Array, ...]], places: np.ndarray, y: Float[Array | np.ndarray, " k"]
+) -> tuple[Float[Array | np.ndarray, " k"], Float[Array, "k k"]]:
+    """Gradient and Hessian of the elements from the sums of each column and channel."""
+    if not sums:
+        return jnp.zeros(0, y.dtype), jnp.zeros((0, 0), y.dtype)
+    slopes = jnp.stack([row[0] for row in sums], axis=1)
+    zero = jnp.zeros(3, y.dtype)
+    lower = jnp.stack([jnp.stack([*row[1:], *[zero] * (len(sums) - len(row) + 1)], axis=1) for row in sums], axis=1)
+    products = lower + jnp.swapaxes(jnp.tril(lower, -1), 1, 2)
+    gradient = jnp.einsum("cgk,cg->k", places, slopes)
+    return gradient, jnp.einsum("cgk,cgh,chl->kl", places, products, places)
+
+
+def _scores(
+    columns: list[Values],
+    slope: Values,
+    places: np.ndarray,
+    y: Float[Array | np.ndarray, " k"],
+) -> Float[Array, "k k"]:
+    own = jnp.zeros((y.size, slope.shape[1]), y.dtype)
+    for g, column in enumerate(columns):
+        own = own + jnp.einsum("ck,cn->kn", places[:, g], column * slope)
+    return own @ own.T
+
+
+assess_compiled = eqx.filter_jit(assess)

@@ -39,9 +39,10 @@ class FitResult:
     - `errors`: `log_mae` and `log_rms`, the unweighted mean absolute and root mean square of
       |log(1 + f cos_i) - log(1 + y cos_i)| over the samples used; `cost`, half the sum of squared residuals.
     - `converged`, `status`, `steps`: how the solver ended, as a sentence, and after how many steps.
+    - `passes`: what the fit cost, in passes over all samples.
     - `seconds`: wall time of the whole fit, compilation included.
     - `data`: the samples that were used; its `dropped` counts the others.
-    - `loss`, `max_theta_deg`: as given.
+    - `loss`, `weights`, `max_theta_deg`: as given.
     """
 
     brdf: AbstractBRDF
@@ -52,9 +53,11 @@ class FitResult:
     converged: bool
     status: str
     steps: int
+    passes: float
     seconds: float
     data: Reflectance
     loss: str
+    weights: str
     max_theta_deg: float
 
     @property

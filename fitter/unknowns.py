@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+import itertools
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import equinox as eqx
@@ -21,22 +22,30 @@ _CHANNELS = ("r", "g", "b")
 # A parameter that is fitted as its square stays above the root of this: at 0 the root has no derivative.
 _SQUARE_MIN = 1e-10
 
+# A lobe's name and a field of it.
+Place = tuple[str, str]
+
 
 @dataclasses.dataclass(frozen=True)
 class Unknown:
-    """A free parameter of one lobe and its place in the solver's vector.
+    """A free parameter, or several that are tied to be equal, and its place in the solver's vector.
 
-    - `lobe`, `parameter`: whose it is; `label` is `"ggx.alpha"`.
+    - `parameter`: its declaration, with the bounds and starts of this fit.
     - `offset`: its first element in the vector; a colour has three.
+    - `places`: the fields that have its value; the first one names it, as in `"ggx.alpha"`.
     """
 
-    lobe: str
     parameter: Parameter
     offset: int
+    places: tuple[Place, ...]
+
+    @property
+    def lobe(self) -> str:
+        return self.places[0][0]
 
     @property
     def label(self) -> str:
-        return f"{self.lobe}.{self.parameter.name}"
+        return ".".join(self.places[0])
 
     @property
     def elements(self) -> slice:
@@ -48,16 +57,27 @@ class Unknown:
             return (self.label,)
         return tuple(f"{self.label}.{channel}" for channel in _CHANNELS)
 
+    def inward(self, value: Any) -> np.ndarray:
+        """The solver's elements of a value of the parameter."""
+        value = np.asarray(value, np.float64)
+        return np.asarray(np.maximum(value * value, _SQUARE_MIN)) if self.parameter.fit_square else value
+
+    def outward(self, elements: Any) -> Any:
+        """The parameter's value of the solver's elements, inside JAX."""
+        return jnp.sqrt(elements) if self.parameter.fit_square else elements
+
 
 class Unknowns(eqx.Module):
     """The free parameters of a model and the model that holds the fixed ones.
 
     - `template`: the model with the fixed parameters and choices in place, fixed weights of 0 marked as absent.
     - `free`: in the order of lobes and declaration.
+    - `held`: the fields that the fit holds of its own accord (see `Parameter.held`), and their values.
     """
 
     template: AbstractBRDF
     free: tuple[Unknown, ...] = eqx.field(static=True)
+    held: tuple[tuple[Place, tuple[float, ...]], ...] = eqx.field(static=True, default=())
 
     @property
     def size(self) -> int:
@@ -69,23 +89,68 @@ class Unknowns(eqx.Module):
         return tuple(label for unknown in self.free for label in unknown.element_labels)
 
     @property
-    def mixes_channels(self) -> bool:
-        return any(lobe.mixes_channels for lobe in split(self.template).values())
+    def structure(self) -> str:
+        """All that decides about a program that is compiled for these unknowns, besides our source."""
+        lobes = [
+            (
+                name,
+                type(lobe).__qualname__,
+                [getattr(lobe, choice.name) for choice in choices(lobe)],
+                [p.name for p in parameters(lobe) if is_absent(getattr(lobe, p.name))],
+            )
+            for name, lobe in split(self.template).items()
+        ]
+        return repr((lobes, [(u.places, u.parameter.size, u.parameter.fit_square) for u in self.free]))
+
+    def mixes_channels(self, unknown: Unknown) -> bool:
+        """Whether a channel of the value depends on another channel of this unknown."""
+        lobes = split(self.template)
+        return any(lobes[lobe].mixes_channels for lobe, _ in unknown.places)
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper bounds of the solver's vector."""
-        lower = [_inward(u.parameter, u.parameter.lower) for u in self.free for _ in range(u.parameter.size)]
-        upper = [_inward(u.parameter, u.parameter.upper) for u in self.free for _ in range(u.parameter.size)]
+        lower = [u.inward(u.parameter.lower) for u in self.free for _ in range(u.parameter.size)]
+        upper = [u.inward(u.parameter.upper) for u in self.free for _ in range(u.parameter.size)]
         return np.array(lower, np.float64), np.array(upper, np.float64)
 
-    def model(self, y: Float[Array, " k"]) -> AbstractBRDF:
+    def model(self, y: Float[Array | np.ndarray, " k"]) -> AbstractBRDF:
         """The model whose free parameters have the values of the solver's vector; inverse of `vector`."""
         lobes = split(self.template)
         for unknown in self.free:
-            value = y[unknown.elements] if unknown.parameter.size == 3 else y[unknown.offset]
-            value = _outward(unknown.parameter, value)
-            lobes[unknown.lobe] = dataclasses.replace(lobes[unknown.lobe], **{unknown.parameter.name: value})
+            at = y[unknown.elements] if unknown.parameter.size == 3 else y[unknown.offset]
+            for lobe, name in unknown.places:
+                lobes[lobe] = dataclasses.replace(lobes[lobe], **{name: unknown.outward(at)})
         return combine(lobes)
+
+    def vector(self, model: AbstractBRDF) -> np.ndarray:
+        """The solver's vector of a model of the same lobes, put inside the bounds."""
+        lobes = split(model)
+        lower, upper = self.bounds()
+        y = np.zeros(self.size)
+        for unknown in self.free:
+            lobe, name = unknown.places[0]
+            y[unknown.elements] = unknown.inward(getattr(lobes[lobe], name))
+        return np.clip(y, lower, upper)
+
+    def depending(self, model: AbstractBRDF, unknown: Unknown, at: Array) -> list[AbstractBRDF]:
+        """The lobes of a model that depend on an unknown, with the solver's elements `at` of it in place."""
+        lobes = split(model)
+        changed: dict[str, AbstractBRDF] = {}
+        for lobe, name in unknown.places:
+            changed[lobe] = dataclasses.replace(changed.get(lobe, lobes[lobe]), **{name: unknown.outward(at)})
+        return list(changed.values())
+
+    def variants(self) -> list[Unknowns]:
+        """The same unknowns with every combination of the values at which the fit may hold parameters."""
+        found = []
+        for values in itertools.product(*(options for _, options in self.held)):
+            lobes = split(self.template)
+            for ((lobe, name), options), value in zip(self.held, values, strict=True):
+                if len(options) > 1:
+                    # A JAX array: no value of it is known beforehand, so that all variants share their program.
+                    lobes[lobe] = dataclasses.replace(lobes[lobe], **{name: jnp.asarray(value)})
+            found.append(Unknowns(combine(lobes), self.free, self.held))
+        return found
 
     def settled(self, y: np.ndarray, at_bound: np.ndarray) -> AbstractBRDF:
         """The model of a solution, in NumPy arrays, with the elements at a bound put on the declared bound exactly."""
@@ -96,10 +161,12 @@ class Unknowns(eqx.Module):
             value = np.where(at_bound[u.elements], np.where(value - low < high - value, low, high), value)
             value = np.clip(value, low, high)
             value = value if u.parameter.size == 3 else value[0]
-            lobes[u.lobe] = dataclasses.replace(lobes[u.lobe], **{u.parameter.name: value})
+            for lobe, name in u.places:
+                lobes[lobe] = dataclasses.replace(lobes[lobe], **{name: value})
         for name, lobe in lobes.items():
-            zeros = {p.name: 0.0 for p in parameters(lobe) if is_absent(getattr(lobe, p.name))}
-            lobes[name] = dataclasses.replace(lobe, **zeros)
+            plain = {p.name: np.asarray(getattr(lobe, p.name)) for p in parameters(lobe)}
+            plain |= {p.name: 0.0 for p in parameters(lobe) if is_absent(getattr(lobe, p.name))}
+            lobes[name] = dataclasses.replace(lobe, **plain)
         return combine(lobes)
 
     def scale(self, y: np.ndarray) -> np.ndarray:
@@ -110,50 +177,69 @@ class Unknowns(eqx.Module):
         return np.concatenate(parts) if parts else np.zeros(0)
 
 
-def _inward(parameter: Parameter, value: Any) -> np.ndarray:
-    value = np.asarray(value, np.float64)
-    return np.asarray(np.maximum(value * value, _SQUARE_MIN)) if parameter.fit_square else value
+@dataclasses.dataclass(frozen=True)
+class Wishes:
+    """What a user asks of the parameters of a fit; names are `"alpha"`, or `"ggx.alpha"` where lobes share it.
+
+    - `fixed`: parameters and static choices that are held, and their values.
+    - `tied`: pairs of parameters that are to be equal.
+    - `bounds`: parameter -> (lower, upper), inside its declared bounds.
+    - `freed`: parameters that a fit holds by default and that are to be free.
+    """
+
+    fixed: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    tied: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    bounds: Mapping[str, tuple[float, float]] = dataclasses.field(default_factory=dict)
+    freed: Sequence[str] = ()
 
 
-def _outward(parameter: Parameter, value: Any) -> Any:
-    return jnp.sqrt(value) if parameter.fit_square else value
-
-
-def choose(model: AbstractBRDF, fixed: Mapping[str, Any]) -> Unknowns:
-    """The unknowns of a model after the user's `fixed` parameters and choices are set.
+def choose(model: AbstractBRDF, wishes: Wishes, azimuths: bool = True) -> Unknowns:
+    """The unknowns of a model after the user's wishes.
 
     **Arguments:**
 
     - `model`: any model; its own values stand where nothing else is said.
-    - `fixed`: `{"alpha": 0.2, "lambert.albedo": [0.5, 0.5, 0.5], "masking": "smith"}`; a lobe's name is needed only
-      where several lobes have the parameter.
+    - `wishes`: see `Wishes`.
+    - `azimuths`: whether the data turn the sample about its normal.
 
-    Raises `UserError` for an unknown or ambiguous name and for a value out of bounds.
+    Raises `UserError` for an unknown or ambiguous name, a value out of bounds, or wishes that contradict each other.
     """
     lobes = split(model)
-    held: set[tuple[str, str]] = set()
-    named = [(*_find(lobes, key), value) for key, value in fixed.items()]
+    held: dict[Place, tuple[float, ...]] = {}
+    named = {_find(lobes, key): value for key, value in wishes.fixed.items()}
     # Choices first: they decide which parameters there are.
-    for lobe, name, value in named:
+    for (lobe, name), value in named.items():
         chosen = next((c for c in choices(lobes[lobe]) if c.name == name), None)
         if chosen is not None:
             lobes[lobe] = dataclasses.replace(lobes[lobe], **{name: check_choice(value, chosen, lobe)})
-    for lobe, name, value in named:
+    fixed: set[Place] = set()
+    for (lobe, name), value in named.items():
         declared = next((p for p in parameters(type(lobes[lobe])) if p.name == name), None)
         if declared is not None:
             check_live(declared, lobes[lobe], lobe)
             lobes[lobe] = dataclasses.replace(lobes[lobe], **{name: check_parameter(value, declared, lobe)})
-            held.add((lobe, name))
-    free, offset = [], 0
+            fixed.add((lobe, name))
+    freed = {_live(lobes, key) for key in wishes.freed}
+    tied = [tuple(_live(lobes, key) for key in pair) for pair in wishes.tied.items()]
+    touched = {place for pair in tied for place in pair} | {_live(lobes, key) for key in wishes.bounds}
+    _refuse_both(fixed, freed | touched)
     for lobe, part in lobes.items():
         for parameter in parameters(part):
-            if (lobe, parameter.name) not in held:
-                free.append(Unknown(lobe, parameter, offset))
-                offset += parameter.size
-    return Unknowns(specialized(combine(lobes)), tuple(free))
+            place = (lobe, parameter.name)
+            values = parameter.held or ((parameter.default,) if parameter.azimuthal and not azimuths else ())
+            if values and place not in fixed | freed | touched:
+                held[place] = values
+                lobes[lobe] = dataclasses.replace(lobes[lobe], **{parameter.name: values[0]})
+    bounds = {_live(lobes, key): span for key, span in wishes.bounds.items()}
+    free, offset = [], 0
+    for group in _groups(lobes, fixed | set(held), tied):
+        parameter = _bounded(lobes, group, bounds)
+        free.append(Unknown(parameter, offset, group))
+        offset += parameter.size
+    return Unknowns(specialized(combine(lobes)), tuple(free), tuple(held.items()))
 
 
-def _find(lobes: Mapping[str, AbstractBRDF], key: str) -> tuple[str, str]:
+def _find(lobes: Mapping[str, AbstractBRDF], key: str) -> Place:
     known = [(lobe, field.name) for lobe, part in lobes.items() for field in (*parameters(type(part)), *choices(part))]
     found = [(lobe, name) for lobe, name in known if key in (name, f"{lobe}.{name}")]
     if len(found) == 1:
@@ -162,3 +248,59 @@ def _find(lobes: Mapping[str, AbstractBRDF], key: str) -> tuple[str, str]:
         options = " or ".join(f"`{lobe}.{name}`" for lobe, name in found)
         raise UserError(f"`{key}` is a parameter of several lobes. Write {options}.")
     raise UserError(f"`{key}` is not a parameter here. {nearest(key, [f'{lobe}.{name}' for lobe, name in known])}")
+
+
+def _declared(lobes: Mapping[str, AbstractBRDF], place: Place) -> Parameter | None:
+    return next((p for p in parameters(type(lobes[place[0]])) if p.name == place[1]), None)
+
+
+def _live(lobes: Mapping[str, AbstractBRDF], key: str) -> Place:
+    """The place of a continuous parameter that the model's choices leave in use."""
+    place = _find(lobes, key)
+    declared = _declared(lobes, place)
+    if declared is None:
+        raise UserError(f"`{key}` is a static choice, not a number. Set it with `--fix {key}=OPTION`.")
+    check_live(declared, lobes[place[0]], place[0])
+    return place
+
+
+def _refuse_both(fixed: set[Place], other: set[Place]) -> None:
+    for lobe, name in sorted(fixed & other):
+        raise UserError(f"`{lobe}.{name}` is fixed, and also tied, bounded or freed. Leave one of them out.")
+
+
+def _groups(
+    lobes: Mapping[str, AbstractBRDF], taken: set[Place], tied: Sequence[tuple[Place, ...]]
+) -> list[tuple[Place, ...]]:
+    """The free places, those that are tied together as one group, in the order of their first."""
+    places = [(lobe, p.name) for lobe, part in lobes.items() for p in parameters(part)]
+    groups = {place: (place,) for place in places if place not in taken}
+    for a, b in tied:
+        joined = tuple(place for place in places if place in (*groups[a], *groups[b]))
+        kinds = {(p.kind, p.fit_square) for p in (_declared(lobes, place) for place in joined) if p is not None}
+        if len(kinds) > 1:
+            raise UserError(f"`{'.'.join(a)}` and `{'.'.join(b)}` are not of one kind and cannot be tied.")
+        groups |= dict.fromkeys(joined, joined)
+    return list(dict.fromkeys(groups.values()))
+
+
+def _bounded(
+    lobes: Mapping[str, AbstractBRDF], group: tuple[Place, ...], bounds: Mapping[Place, tuple[float, float]]
+) -> Parameter:
+    """The declaration of a group: the bounds that all its members and the user allow."""
+    members = [p for p in (_declared(lobes, place) for place in group) if p is not None]
+    lower, upper = max(p.lower for p in members), min(p.upper for p in members)
+    for place in group:
+        if place in bounds:
+            low, high = bounds[place]
+            label = ".".join(place)
+            if not low < high:
+                raise UserError(f"`{label} = {low:g}:{high:g}` is no range. Give the smaller number first.")
+            if not lower <= low or not high <= upper:
+                raise UserError(f"`{label} = {low:g}:{high:g}` leaves the declared bounds [{lower:g}, {upper:g}].")
+            lower, upper = max(lower, low), min(upper, high)
+    if not lower < upper:
+        raise UserError(f"No value of `{'.'.join(group[0])}` lies in the bounds of all that it is tied to.")
+    first = members[0]
+    starts = tuple(start for start in first.starts if lower <= start <= upper) or (0.5 * (lower + upper),)
+    return dataclasses.replace(first, lower=lower, upper=upper, starts=starts if first.kind == "scalar" else ())

@@ -81,7 +81,7 @@ class Disney(AbstractBRDF):
         0.0, 1.0, 0.0, "how far the diffuse term is flattened as by scattering inside", weight=True
     )
     metallic: Scalar = scalar(
-        0.0, 1.0, 0.0, "from a dielectric with a diffuse base to a metal without", starts=(0.0, 1.0)
+        0.0, 1.0, 0.0, "from a dielectric with a diffuse base to a metal without", held=(0.0, 1.0)
     )
     specular: Scalar = scalar(0.0, 1.0, 0.5, "reflectance of the dielectric at normal incidence, in units of 0.08")
     specular_tint: Scalar = scalar(0.0, 1.0, 0.0, "how far that reflectance takes the hue of the base")
@@ -89,7 +89,12 @@ class Disney(AbstractBRDF):
         0.0, 1.0, 0.5, "perceptual roughness of diffuse and specular terms: alpha = roughness^2", starts=(0.1, 0.3, 0.6)
     )
     anisotropic: Scalar = scalar(
-        0.0, 1.0, 0.0, "elongation of the highlight along the tangent; its aspect at 1 is 10", weight=True
+        0.0,
+        1.0,
+        0.0,
+        "elongation of the highlight along the tangent; its aspect at 1 is 10",
+        weight=True,
+        azimuthal=True,
     )
     rotation: Scalar = rotation()
     sheen: Scalar = scalar(0.0, 1.0, 0.0, "strength of an additional lobe at grazing angles, for cloth", weight=True)

@@ -129,9 +129,9 @@ def test_angles_in_radians_are_suspected():
 
 def test_many_slopes_are_sampled_and_not_enumerated():
     from fitter.start import candidates
-    from fitter.unknowns import choose
+    from fitter.unknowns import Wishes, choose
 
-    rows = candidates(choose(brdf.build("ggx+ggx+ggx+beckmann+beckmann"), {}))
+    rows = candidates(choose(brdf.build("ggx+ggx+ggx+beckmann+beckmann"), Wishes()))
     assert 100 < len(rows) <= 400
     assert len(np.unique(rows, axis=0)) == len(rows)
 

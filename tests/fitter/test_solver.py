@@ -7,8 +7,8 @@ import optimistix as optx
 import pytest
 import scipy.optimize
 
-from fitter.normal import NormalEquations
-from fitter.solver import BoundedLevenbergMarquardt, bounded_step, solve_positive
+from fitter.levenberg import NormalEquations, bounded_step, solve_positive
+from fitter.solver import BoundedLevenbergMarquardt
 
 SOLVER = BoundedLevenbergMarquardt(rtol=1e-14, atol=1e-28)
 

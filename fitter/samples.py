@@ -1,0 +1,132 @@
+"""The samples of a measurement in the layout in which a fit reads them.
+
+Channels stand before samples, so that arithmetic runs along memory, in chunks that stay in a core's cache, in slabs of
+a fixed number of chunks: a compiled program serves measurements of every size. A large measurement is fitted to a
+random slab first, and only its last steps see all samples.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import equinox as eqx
+import jax
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from .loss import Loss
+from .reflectance import Reflectance
+
+CHUNK = 1024
+CHUNKS = 64
+SLAB = CHUNK * CHUNKS
+_SEED = 20120101
+
+
+class Samples(eqx.Module):
+    """One slab. Empty places have weight zero and both directions along the normal.
+
+    - `wi`, `wo`, `value`: shape (chunks, 3, CHUNK).
+    - `weight`: shape (chunks, 1 or 3, CHUNK), over their mean.
+    - `scale`: the compressed value that Huber's threshold is a share of.
+    """
+
+    wi: Float[Array | np.ndarray, "*chunks 3 size"]
+    wo: Float[Array | np.ndarray, "*chunks 3 size"]
+    value: Float[Array | np.ndarray, "*chunks 3 size"]
+    weight: Float[Array | np.ndarray, "*chunks _ size"]
+    scale: Float[Array | np.ndarray, ""]
+
+    def chunk(self, index: int | Int[Array, ""]) -> Samples:
+        """One chunk, without its first axis."""
+        arrays = (self.wi, self.wo, self.value, self.weight)
+        wi, wo, value, weight = (jax.lax.dynamic_index_in_dim(array, index, keepdims=False) for array in arrays)
+        return Samples(wi, wo, value, weight, self.scale)
+
+
+@dataclasses.dataclass(frozen=True)
+class Slab:
+    """A slab on the device and how many of its chunks hold samples."""
+
+    samples: Samples
+    count: int
+
+
+@dataclasses.dataclass(frozen=True)
+class Arranged:
+    """A measurement as a fit reads it.
+
+    - `subset`: all samples in random order, or of a large measurement a random part of them; its first chunks are a
+      random part again. `rows` says which samples, in order.
+    - `slabs`: all samples.
+    - `share`: the part of the total weight that is in `subset`.
+    """
+
+    subset: Slab
+    rows: Int[np.ndarray, " m"]
+    slabs: tuple[Slab, ...]
+    share: float
+
+
+def arrange(data: Reflectance, loss: Loss, weight: Float[np.ndarray, "n _"]) -> Arranged:
+    """Lays a measurement out for a fit.
+
+    **Arguments:**
+
+    - `data`: n samples.
+    - `loss`: for the scale of its compression.
+    - `weight`: shape (n, 1) or (n, 3), not negative, not all zero; only their ratios matter.
+    """
+    count = len(data)
+    weight = weight / weight.mean()
+    rng = np.random.default_rng(_SEED)
+    if count <= SLAB:
+        rows = rng.permutation(count)
+    else:
+        # One sample at random from each of as many equal parts of the file: no part of the angles is missed.
+        edges = np.linspace(0, count, SLAB + 1)
+        rows = rng.permutation(np.minimum((edges[:-1] + rng.random(SLAB) * np.diff(edges)).astype(int), count - 1))
+    scale = _scale(data, loss, rows[: 8 * CHUNK])
+    subset = _slab(data, weight, rows, scale)
+    if count <= SLAB:
+        return Arranged(subset, rows, (subset,), 1.0)
+    slabs = tuple(_slab(data, weight, slice(start, start + SLAB), scale) for start in range(0, count, SLAB))
+    return Arranged(subset, rows, slabs, float(weight[rows].sum() / weight.sum()))
+
+
+def place(wi: np.ndarray, wo: np.ndarray, weight: np.ndarray) -> Samples:
+    """A slab of directions that were not measured: value zero.
+
+    **Arguments:** `wi`, `wo`: (chunks, n, 3), `weight`: (chunks, n); at most CHUNKS chunks of at most CHUNK samples.
+    """
+    full = np.zeros((CHUNKS, CHUNK, 7))
+    full[..., 2] = full[..., 5] = 1
+    full[: wi.shape[0], : wi.shape[1]] = np.concatenate([wi, wo, weight[..., None]], axis=-1)
+    full = np.ascontiguousarray(full.transpose(0, 2, 1))
+    put = jax.device_put
+    value = put(np.zeros((CHUNKS, 3, CHUNK)))
+    return Samples(put(full[:, :3]), put(full[:, 3:6]), value, put(full[:, 6:]), np.asarray(1.0))
+
+
+def _scale(data: Reflectance, loss: Loss, rows: np.ndarray) -> np.ndarray:
+    """The median of the compressed values of some samples."""
+    value, cos_i = data.value[rows].T, data.wi[rows, 2][None]
+    median = np.median(np.asarray(loss.compress(value, cos_i)))
+    return np.asarray(np.maximum(median, np.finfo(float).tiny))
+
+
+def _slab(data: Reflectance, weight: np.ndarray, rows: np.ndarray | slice, scale: np.ndarray) -> Slab:
+    def layout(array: np.ndarray, empty: float) -> Array:
+        part = array[rows]
+        padded = np.empty((part.shape[1], SLAB))
+        padded[:, : len(part)] = part.T
+        padded[:, len(part) :] = empty
+        return jax.device_put(np.ascontiguousarray(padded.reshape(-1, CHUNKS, CHUNK).transpose(1, 0, 2)))
+
+    used = len(weight[rows])
+    # Directions of empty places only have to be unit and above the horizon: (1, 1, 1) / sqrt(3).
+    diagonal = 3**-0.5
+    samples = Samples(
+        layout(data.wi, diagonal), layout(data.wo, diagonal), layout(data.value, 0.0), layout(weight, 0.0), scale
+    )
+    return Slab(samples, -(-used // CHUNK))
