@@ -25,7 +25,7 @@ stress: setup
 	$(BIN)/brdf stress
 
 bench: setup
-	$(BIN)/python -m tests.benchmarks
+	$(BIN)/brdf bench fit $(BENCH)
 
 format: setup
 	$(BIN)/ruff format .

@@ -46,7 +46,7 @@ class Parameter:
     - `weight`: whether it scales a part of the model that vanishes with it; where it is 0 that part costs nothing.
     - `when`: pairs of a choice and its options with which alone the parameter is live; the others ignore it.
     - `held`: values at which a fit holds it unless told otherwise, since measurements alone cannot tell it from others;
-      of several the one that fits best.
+      of several the one that fits best. `because`: from which others and when, as the predicate of a sentence.
     - `azimuthal`: whether only data that turn the sample about its normal tell anything of it.
     """
 
@@ -63,6 +63,7 @@ class Parameter:
     weight: bool = False
     when: tuple[tuple[str, tuple[str, ...]], ...] = ()
     held: tuple[float, ...] = ()
+    because: str = ""
     azimuthal: bool = False
 
     @property
@@ -121,6 +122,7 @@ def scalar(
     weight: bool = False,
     when: Mapping[str, tuple[str, ...]] | None = None,
     held: tuple[float, ...] = (),
+    because: str = "",
     azimuthal: bool = False,
 ) -> Any:
     """Declares a scalar parameter of a model; see `Parameter` for the arguments."""
@@ -136,6 +138,7 @@ def scalar(
         fit_square=fit_square,
         weight=weight,
         held=held,
+        because=because,
         azimuthal=azimuthal,
     )
     return _declare(declared, when)

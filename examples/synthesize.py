@@ -2,16 +2,15 @@
 
     python examples/synthesize.py copper_paint.csv
 
-This is how the sample of `brdf demo` was made.
+This is how the sample of `brdf demo` was made. `brdf synthesize` does the same for any model, with unit vectors.
 """
 
 import pathlib
 import sys
 
-import jax
 import numpy as np
 
-import brdf
+import fitter
 from brdf.material import from_dict
 
 TRUTH = {
@@ -22,28 +21,18 @@ TRUTH = {
     },
 }
 NOISE = 0.03
-THETA_I = (10, 30, 50, 70)
 
 
-def goniometer() -> np.ndarray:
-    """Columns theta_i, theta_o, phi_o in degrees: 2.5-degree steps in the plane of incidence, 5 x 15 beside it."""
-    plane = [(i, o, p) for i in THETA_I for p in (0, 180) for o in np.arange(0, 78, 2.5)]
-    beside = [(i, o, p) for i in THETA_I for p in range(15, 180, 15) for o in np.arange(5, 76, 5)]
-    return np.array(plane + beside)
-
-
-def unit(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
-    return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
+def polar_deg(w: np.ndarray) -> np.ndarray:
+    return np.degrees(np.arctan2(np.hypot(w[:, 0], w[:, 1]), w[:, 2]))
 
 
 def main(path: str) -> None:
-    degrees = goniometer()
-    theta_i, theta_o, phi_o = np.radians(degrees).T
-    with jax.enable_x64(True):
-        value = np.asarray(brdf.evaluate(from_dict(TRUTH).brdf, unit(theta_i, 0 * theta_i), unit(theta_o, phi_o)))
-    value = value * (1 + NOISE * np.random.default_rng(7).normal(size=value.shape))
+    data = fitter.synthesize(from_dict(TRUTH), layout="goniometer", noise=NOISE, seed=7)
+    phi_o = np.degrees(np.arctan2(data.wo[:, 1], data.wo[:, 0]))
+    columns = np.column_stack([polar_deg(data.wi), polar_deg(data.wo), phi_o, data.value])
     header = f"# synthetic: {TRUTH}, {NOISE:.0%} noise, made by examples/synthesize.py\ntheta_i,theta_o,phi_o,r,g,b\n"
-    rows = (",".join(f"{x:.6g}" for x in row) for row in np.hstack([degrees, value]))
+    rows = (",".join(f"{x:.6g}" for x in row) for row in columns)
     pathlib.Path(path).write_text(header + "\n".join(rows) + "\n", encoding="utf-8")
 
 

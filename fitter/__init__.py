@@ -15,11 +15,21 @@ if TYPE_CHECKING:
     from .fitting import fit as fit
     from .formats import read as read
     from .formats import write as write
+    from .many import fit_many as fit_many
     from .reflectance import Reflectance as Reflectance
     from .result import FitResult as FitResult
+    from .synthetic import synthesize as synthesize
 
 # Public name -> module, imported on first use: the readers need no JAX, the fit does.
-_PUBLIC = {"FitResult": "result", "Reflectance": "reflectance", "fit": "fitting", "read": "formats", "write": "formats"}
+_PUBLIC = {
+    "FitResult": "result",
+    "Reflectance": "reflectance",
+    "fit": "fitting",
+    "fit_many": "many",
+    "read": "formats",
+    "synthesize": "synthetic",
+    "write": "formats",
+}
 __all__ = sorted(_PUBLIC)  # pyright: ignore[reportUnsupportedDunderAll]
 
 

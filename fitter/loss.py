@@ -99,17 +99,19 @@ _COMPRESSIONS: dict[str, Compression] = {
 
 @dataclasses.dataclass(frozen=True)
 class Loss:
-    """A compression of values, and a function of the difference and of the median compressed value."""
+    """A compression of values, and a function of the difference and, if it needs that scale, of the median compressed
+    value."""
 
     compress: Compression
     judge: Callable[[Values, Any], Judged]
+    needs_scale: bool = False
 
 
 LOSSES: dict[str, Loss] = {
     "log": Loss(log_compress, _charbonnier),
     "log_squares": Loss(log_compress, _squares),
     **{name: Loss(compress, _squares) for name, compress in _COMPRESSIONS.items() if name != "log"},
-    **{f"{name}_huber": Loss(compress, _huber) for name, compress in _COMPRESSIONS.items()},
+    **{f"{name}_huber": Loss(compress, _huber, True) for name, compress in _COMPRESSIONS.items()},
 }
 
 

@@ -7,12 +7,13 @@ derivative; and where a channel of the value depends on that channel of a colour
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.experimental.layout import Layout, with_layout_constraint
 from jaxtyping import Array, Bool, Float, Int
 
 from brdf.frame import Geometry, geometry
@@ -55,10 +56,10 @@ def assess(
     k = unknowns.size
     places = _places(unknowns)
 
-    def add(index: Array, total: Assessment) -> Assessment:
+    def add(index: Array, total: tuple[Any, ...]) -> tuple[Any, ...]:
         chunk = samples.chunk(index)
         g = jax.vmap(geometry, in_axes=-1, out_axes=-1)(chunk.wi, chunk.wo)
-        value = _value(model, g)
+        value = jax.lax.optimization_barrier(_channels_first(_value(model, g)))
         columns = [column for unknown in unknowns.free for column in _derivatives(unknowns, model, unknown, y, g)]
         cos_i = chunk.wi[2:3]
         z, rise = compressed(LOSSES[loss], value, cos_i)
@@ -68,22 +69,27 @@ def assess(
         slope = chunk.weight * rise * judged.slope
         curvature = chunk.weight * rise * rise * judged.curvature
         # Values and derivatives are computed once and kept: fused into each of the sums, they would be computed anew.
+        columns, slope, curvature = jax.tree.map(_channels_first, (columns, slope, curvature))
         columns, slope, curvature = jax.lax.optimization_barrier((columns, slope, curvature))
-        sums = [_sums([chunk.weight * judged.cost, used * jnp.abs(distance), used * distance * distance])]
+        sums = [*_sums([chunk.weight * judged.cost, used * jnp.abs(distance), used * distance * distance])]
         for row, column in enumerate(columns):
             bent = curvature * column
-            sums.append(_sums([slope * column, *(bent * other for other in columns[: row + 1])]))
-        gradient, hessian = _assemble(sums[1:], places, y)
-        cost, log_abs, log_square = (part.sum() for part in sums[0])
-        equations = NormalEquations(cost, gradient, hessian)
+            sums += _sums([slope * column, *(bent * other for other in columns[: row + 1])])
         own = jax.lax.cond(
             jnp.asarray(scores), lambda: _scores(columns, slope, places, y), lambda: jnp.zeros((k, k), y.dtype)
         )
-        return jax.tree.map(jnp.add, total, Assessment(equations, log_abs, log_square, own))
+        return total[0] + jnp.stack(sums), total[1] + own
 
-    zero = jnp.zeros((), y.dtype)
-    blank = NormalEquations(zero, jnp.zeros(k, y.dtype), jnp.zeros((k, k), y.dtype))
-    return jax.lax.fori_loop(first, first + count, add, Assessment(blank, zero, zero, jnp.zeros((k, k), y.dtype)))
+    size = 3 + sum(range(2, places.shape[1] + 2))
+    blank = jnp.zeros((size, 3), y.dtype), jnp.zeros((k, k), y.dtype)
+    sums, own = jax.lax.fori_loop(first, first + count, add, blank)
+    gradient, hessian = _assemble(sums[3:], places, y)
+    cost, log_abs, log_square = sums[:3].sum(axis=1)
+    return Assessment(NormalEquations(cost, gradient, hessian), log_abs, log_square, own)
+
+
+def _channels_first(x):
+    return with_layout_constraint(x, Layout((0, 1)))
 
 
 def _value(model: AbstractBRDF, g: Geometry) -> Values:
@@ -131,17 +137,19 @@ def _sums(products: Sequence[Values]) -> tuple[Float[Array, "3"], ...]:
 
 
 def _assemble(
-    sums: list[tuple[Array, ...]], places: np.ndarray, y: Float[Array | np.ndarray, " k"]
-) -> tuple[Float[Array | np.ndarray, " k"], Float[Array, "k k"]]:
-    """Gradient and Hessian of the elements from the sums of each column and channel."""
-    if not sums:
+    sums: Float[Array, "m 3"], places: np.ndarray, y: Float[Array | np.ndarray, " k"]
+) -> tuple[Float[Array, " k"], Float[Array, "k k"]]:
+    """Gradient and Hessian of the elements from the sums of each column, its slope first, then its products."""
+    columns = places.shape[1]
+    if not columns:
         return jnp.zeros(0, y.dtype), jnp.zeros((0, 0), y.dtype)
-    slopes = jnp.stack([row[0] for row in sums], axis=1)
-    zero = jnp.zeros(3, y.dtype)
-    lower = jnp.stack([jnp.stack([*row[1:], *[zero] * (len(sums) - len(row) + 1)], axis=1) for row in sums], axis=1)
-    products = lower + jnp.swapaxes(jnp.tril(lower, -1), 1, 2)
-    gradient = jnp.einsum("cgk,cg->k", places, slopes)
-    return gradient, jnp.einsum("cgk,cgh,chl->kl", places, products, places)
+    # Row r of the table: the slope of column r, and its products with columns 0 to r, after those of the rows before.
+    starts = np.cumsum([0, *range(2, columns + 1)])
+    slopes = sums[starts]
+    high, low = np.maximum.outer(np.arange(columns), np.arange(columns)), np.minimum.outer(*2 * [np.arange(columns)])
+    products = sums[starts[high] + 1 + low]
+    gradient = jnp.einsum("cgk,gc->k", places, slopes)
+    return gradient, jnp.einsum("cgk,ghc,chl->kl", places, products, places)
 
 
 def _scores(

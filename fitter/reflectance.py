@@ -100,6 +100,9 @@ class Reflectance:
       `evaluate` the exact negative number.
     - `grid`: the angular table behind the samples, if there is one.
     - `interpolant`: what `evaluate` calls, if the format defines values in between.
+    - `sigma`: (n,) or (n, 3) positive, 1/sr: the standard error of `value`, if the file tells it.
+      A loss on a compressed value must carry it through the compression; `weight` then counts
+      besides.
 
     **Raises:** `UserError` on wrong shapes, non-finite or negative numbers, directions that are not
     unit or lie below the horizon, or no sample at all.
@@ -115,6 +118,7 @@ class Reflectance:
     clamped: int = 0
     grid: Grid | None = None
     interpolant: Interpolant | None = None
+    sigma: np.ndarray | None = None
 
     def __post_init__(self):
         wi, wo = unit_directions(self.wi, "wi"), unit_directions(self.wo, "wo")
@@ -158,6 +162,18 @@ class Reflectance:
             raise UserError(
                 f"`grid.index` has {len(self.grid.index)} entries for {count} samples. Pass one cell per sample."
             )
+        if self.sigma is not None:
+            sigma = np.asarray(self.sigma, np.float64)
+            if sigma.shape not in ((count,), (count, 3)):
+                raise UserError(f"`sigma` has the shape {sigma.shape}. Pass ({count},) or ({count}, 3).")
+            _refuse(
+                ~(np.isfinite(sigma) & (sigma > 0)),
+                sigma,
+                "`sigma`",
+                "is not positive and finite",
+                "Leave out samples whose standard error is unknown, or pass `sigma=None`.",
+            )
+            object.__setattr__(self, "sigma", _frozen(sigma))
         for name, array in (("wi", wi), ("wo", wo), ("value", value), ("weight", weight)):
             object.__setattr__(self, name, _frozen(array))
 
@@ -219,6 +235,7 @@ class Reflectance:
             wo=self.wo[keep],
             value=self.value[keep],
             weight=self.weight[keep],
+            sigma=None if self.sigma is None else self.sigma[keep],
             dropped=dropped,
             grid=grid,
         )

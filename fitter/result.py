@@ -6,27 +6,19 @@ import dataclasses
 import functools
 import importlib.metadata
 import math
+from collections.abc import Mapping
 from typing import Any
-
-import numpy as np
 
 from brdf.material import Material
 from brdf.model import AbstractBRDF
-from brdf.registry import expression_of
 
+from .advice import Advice
+from .finding import Finding
 from .identify import Certainty
+from .judge import Judgement, judge
 from .reflectance import Reflectance
+from .report import CORRELATION_SHOWN, notes, report
 from .unknowns import Unknowns
-
-# Correlations below this are left out of the report; above the second one they are a warning.
-_CORRELATION_SHOWN = 0.1
-_CORRELATION_WARNED = 0.95
-_CORRELATIONS_WARNED_MAX = 3
-# A mean log error above the first is a misfit that shows; above the second the data are likely in another unit.
-_MISFIT_WARNED = 0.08
-_UNITS_WARNED = 1.5
-# Polar angles that all lie below this were most likely radians, of which a right angle has 1.57.
-_RADIANS_DEG = 1.6
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,6 +35,9 @@ class FitResult:
     - `seconds`: wall time of the whole fit, compilation included.
     - `data`: the samples that were used; its `dropped` counts the others.
     - `loss`, `weights`, `max_theta_deg`: as given.
+    - `findings`: what is remarkable about the measurement itself, see `fitter.quality`.
+    - `advice`: what to measure next, if it was asked for.
+    - `looks`: loss -> mean Delta E ITP of its fit, where the loss was chosen by that.
     """
 
     brdf: AbstractBRDF
@@ -59,6 +54,9 @@ class FitResult:
     loss: str
     weights: str
     max_theta_deg: float
+    findings: tuple[Finding, ...] = ()
+    advice: list[Advice] | None = None
+    looks: Mapping[str, float] | None = None
 
     @property
     def samples(self) -> int:
@@ -77,6 +75,7 @@ class FitResult:
             "tool": f"brdf-fitter {importlib.metadata.version('brdf-fitter')}",
             "source": self.data.source,
             "loss": self.loss,
+            "weights": self.weights,
             "max_theta_deg": self.max_theta_deg,
             "samples": self.samples,
             "dropped": self.dropped,
@@ -85,6 +84,17 @@ class FitResult:
             "status": self.status,
         }
         return Material(self.brdf, provenance)
+
+    @functools.cached_property
+    def judgement(self) -> Judgement:
+        """How different the fit looks from the measurement (Delta E ITP), see `fitter.judge`."""
+        return judge(self.brdf, self.data)
+
+    def intervals(self) -> dict[str, list[float] | None]:
+        """The 95 % interval of each free element; None where there is none."""
+        labels = self.unknowns.element_labels
+        rows = zip(labels, self.certainty.intervals.tolist(), strict=True)
+        return {label: row if all(map(math.isfinite, row)) else None for label, row in rows}
 
     def standard_errors(self) -> dict[str, float | None]:
         """Standard error of each free element, such as `"ggx.alpha"` or `"ggx.f0.r"`; None where there is none."""
@@ -97,7 +107,7 @@ class FitResult:
         labels = self.unknowns.element_labels
         return [label for label, stuck in zip(labels, self.certainty.at_bound, strict=True) if stuck]
 
-    def correlations(self, above: float = _CORRELATION_SHOWN) -> list[tuple[str, str, float]]:
+    def correlations(self, above: float = CORRELATION_SHOWN) -> list[tuple[str, str, float]]:
         """Pairs of free elements whose correlation is larger than `above` in magnitude, strongest first."""
         labels, matrix = self.unknowns.element_labels, self.certainty.correlations
         pairs = [(labels[i], labels[j], float(matrix[i, j])) for i in range(len(labels)) for j in range(i)]
@@ -116,113 +126,21 @@ class FitResult:
             "clamped": self.data.clamped,
             "converged": self.converged,
             "steps": self.steps,
+            "passes": self.passes,
+            "delta_e_itp": self.judgement.to_dict(),
             "standard_errors": self.standard_errors(),
+            "intervals_95": self.intervals(),
+            "errors_from": "bootstrap over incident angles" if self.certainty.inflation > 1 else "independent samples",
             "at_bound": self.at_bound(),
             "correlations": [list(pair) for pair in self.correlations()],
+            "singular_values": self.certainty.singular_values.tolist(),
+            "freedoms": [list(labels) for labels in self.certainty.freedoms],
+            "held": {".".join(place): list(values) for place, values in self.unknowns.held},
+            "looks": None if self.looks is None else dict(self.looks),
+            "advice": None if self.advice is None else [advice.sentence() for advice in self.advice],
+            "notes": notes(self),
         }
 
     def report(self) -> str:
-        """The result for reading: statistics, parameters with standard errors, correlations, warnings."""
-        lines = [
-            f"[[Fit of {expression_of(self.brdf)}]]",
-            f"    data          {self.data.source}",
-            f"    samples       {self.samples} used, {sum(self.dropped.values())} left out{_reasons(self.dropped)}",
-            f"    loss          {self.loss}, theta < {self.max_theta_deg:g} deg",
-            f"    status        {self.status}",
-            f"    log error     mean {self.errors['log_mae']:.5f}, rms {self.errors['log_rms']:.5f}"
-            "  (of log(1 + f cos_i); 0.01 is about 1 % where f is large)",
-            f"    time          {self.seconds:.2f} s",
-            "[[Parameters]]",
-            *self._parameter_lines(),
-        ]
-        strong = self.correlations()
-        if strong:
-            lines.append(f"[[Correlations]] (above {_CORRELATION_SHOWN:g} in magnitude; the strongest 10)")
-            width = max(len(f"{a}, {b}") for a, b, _ in strong[:10])
-            lines += [f"    {f'{a}, {b}':{width}}  {rho:+.3f}" for a, b, rho in strong[:10]]
-        warnings = self.warnings()
-        if warnings:
-            lines.append("[[Notes]]")
-            lines += [f"    {warning}" for warning in warnings]
-        return "\n".join(lines)
-
-    def _parameter_lines(self) -> list[str]:
-        unknowns = self.unknowns
-        free = dict(zip(unknowns.element_labels, self.certainty.standard_errors, strict=True))
-        initial = _elements(self.initial)
-        stuck = set(self.at_bound())
-        lines = []
-        elements = _elements(self.brdf)
-        width = max(len(label) for label in elements)
-        for label, value in elements.items():
-            line = f"    {label:{width}}  {_digits(value):<12}"
-            if isinstance(value, str):
-                line += "(choice)"
-            elif label not in free:
-                line += "(fixed)"
-            elif label in stuck:
-                line += f"(at its bound)          (init = {initial[label]:.4g})"
-            elif not math.isfinite(free[label]):
-                line += f"(not determined)        (init = {initial[label]:.4g})"
-            else:
-                percent = f"{100 * free[label] / abs(value):.2f} %" if value else "-"
-                line += f"+/- {free[label]:<9.3g} ({percent:>8})  (init = {initial[label]:.4g})"
-            lines.append(line)
-        return lines
-
-    def warnings(self) -> list[str]:
-        """What a user should know before trusting the numbers, one sentence each."""
-        notes = [
-            "Standard errors take the samples as independent. Where the model misses the shape of the data, as the log "
-            "error shows, the true uncertainty is larger."
-        ]
-        if self.errors["log_mae"] > _MISFIT_WARNED:
-            notes.insert(0, _misfit(self.errors["log_mae"]))
-        if (
-            np.degrees(np.arccos(np.clip(min(self.data.wi[:, 2].min(), self.data.wo[:, 2].min()), -1, 1)))
-            < _RADIANS_DEG
-        ):
-            notes.insert(0, f"All polar angles are below {_RADIANS_DEG} degrees: were they given in radians?")
-        if 3 * self.samples <= self.unknowns.size:
-            notes.append(f"{self.samples} samples are too few for {self.unknowns.size} free numbers and their errors.")
-        if self.at_bound():
-            notes.append(f"At a bound: {', '.join(self.at_bound())}. Their standard errors are not defined.")
-        for a, b, rho in self.correlations(_CORRELATION_WARNED)[:_CORRELATIONS_WARNED_MAX]:
-            notes.append(f"{a} and {b} trade off against each other ({rho:+.3f}): fix one of them to pin the other.")
-        free = int(np.sum(~self.certainty.at_bound))
-        if self.certainty.rank < free:
-            notes.append(f"The data determine only {self.certainty.rank} of {free} free numbers. Fix some of them.")
-        if self.data.clamped:
-            notes.append(f"{self.data.clamped} negative channel values were set to 0 for the fit.")
-        return notes
-
-
-def _misfit(log_mae: float) -> str:
-    if log_mae > _UNITS_WARNED:
-        return (
-            f"THE MODEL MISSES THE DATA (mean log error {log_mae:.2f}). Check the data's units: 1/sr, without cosine."
-        )
-    return (
-        f"The model misses the data: {log_mae:.2f} is about {100 * math.expm1(log_mae):.0f} % where f is large. "
-        "Look at the --plot, and try another model or one more lobe."
-    )
-
-
-def _reasons(dropped: dict[str, int]) -> str:
-    return " (" + ", ".join(f"{reason}: {count}" for reason, count in dropped.items()) + ")" if dropped else ""
-
-
-def _elements(model: AbstractBRDF) -> dict[str, Any]:
-    """Every number and choice of a model by label, such as `"ggx.f0.r"`, in the order of the declaration."""
-    found: dict[str, Any] = {}
-    for lobe, values in Material(model).to_dict()["parameters"].items():
-        for name, value in values.items():
-            if isinstance(value, list):
-                found |= {f"{lobe}.{name}.{channel}": x for channel, x in zip("rgb", value, strict=True)}
-            else:
-                found[f"{lobe}.{name}"] = value
-    return found
-
-
-def _digits(value: float | str) -> str:
-    return value if isinstance(value, str) else f"{value:.6g}"
+        """The result for reading: statistics, parameters with errors, what the data leave open, notes."""
+        return report(self)

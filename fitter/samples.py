@@ -8,6 +8,7 @@ random slab first, and only its last steps see all samples.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import equinox as eqx
 import jax
@@ -24,7 +25,7 @@ _SEED = 20120101
 
 
 class Samples(eqx.Module):
-    """One slab. Empty places have weight zero and both directions along the normal.
+    """One slab. Empty places have weight zero.
 
     - `wi`, `wo`, `value`: shape (chunks, 3, CHUNK).
     - `weight`: shape (chunks, 1 or 3, CHUNK), over their mean.
@@ -94,39 +95,57 @@ def arrange(data: Reflectance, loss: Loss, weight: Float[np.ndarray, "n _"]) -> 
     return Arranged(subset, rows, slabs, float(weight[rows].sum() / weight.sum()))
 
 
-def place(wi: np.ndarray, wo: np.ndarray, weight: np.ndarray) -> Samples:
-    """A slab of directions that were not measured: value zero.
+def arrange_blocks(
+    data: Reflectance,
+    weight: Float[np.ndarray, "n _"],
+    blocks: Sequence[Int[np.ndarray, " _"]],
+    chunks: int,
+    scale: Float[Array | np.ndarray, ""],
+) -> Samples:
+    """A slab in which each block of rows fills its own `chunks` chunks."""
+    size = chunks * CHUNK
+    rows = np.full((CHUNKS // chunks, size), -1)
+    for row, block in zip(rows, blocks, strict=False):
+        row[: len(block)] = block
+    empty = rows.ravel() < 0
+    rows = np.where(empty, 0, rows.ravel())
+    weight = np.where(empty[:, None], 0.0, (weight / weight.mean())[rows])
+    return _layout(data.wi[rows], data.wo[rows], data.value[rows], weight, scale)
 
-    **Arguments:** `wi`, `wo`: (chunks, n, 3), `weight`: (chunks, n); at most CHUNKS chunks of at most CHUNK samples.
-    """
-    full = np.zeros((CHUNKS, CHUNK, 7))
-    full[..., 2] = full[..., 5] = 1
-    full[: wi.shape[0], : wi.shape[1]] = np.concatenate([wi, wo, weight[..., None]], axis=-1)
-    full = np.ascontiguousarray(full.transpose(0, 2, 1))
-    put = jax.device_put
-    value = put(np.zeros((CHUNKS, 3, CHUNK)))
-    return Samples(put(full[:, :3]), put(full[:, 3:6]), value, put(full[:, 6:]), np.asarray(1.0))
+
+def arrange_directions(wi: np.ndarray, wo: np.ndarray, value: np.ndarray) -> Samples:
+    """A slab whose chunks hold the given directions and values, of weight 1: each (chunks, n, 3), n at most CHUNK."""
+    full = np.zeros((CHUNKS, CHUNK, 10))
+    full[..., :6] = 3**-0.5
+    given = np.concatenate([wi, wo, value, np.ones_like(wi[..., :1])], axis=-1)
+    full[: wi.shape[0], : wi.shape[1]] = given
+    flat = full.reshape(-1, 10)
+    return _layout(flat[:, :3], flat[:, 3:6], flat[:, 6:9], flat[:, 9:], np.asarray(1.0))
 
 
 def _scale(data: Reflectance, loss: Loss, rows: np.ndarray) -> np.ndarray:
-    """The median of the compressed values of some samples."""
+    """The median of the compressed values of some samples, where it is needed."""
+    if not loss.needs_scale:
+        return np.asarray(1.0)
     value, cos_i = data.value[rows].T, data.wi[rows, 2][None]
     median = np.median(np.asarray(loss.compress(value, cos_i)))
     return np.asarray(np.maximum(median, np.finfo(float).tiny))
 
 
 def _slab(data: Reflectance, weight: np.ndarray, rows: np.ndarray | slice, scale: np.ndarray) -> Slab:
+    parts = data.wi[rows], data.wo[rows], data.value[rows], weight[rows]
+    return Slab(_layout(*parts, scale), -(-len(parts[0]) // CHUNK))
+
+
+def _layout(
+    wi: np.ndarray, wo: np.ndarray, value: np.ndarray, weight: np.ndarray, scale: Array | np.ndarray
+) -> Samples:
     def layout(array: np.ndarray, empty: float) -> Array:
-        part = array[rows]
-        padded = np.empty((part.shape[1], SLAB))
-        padded[:, : len(part)] = part.T
-        padded[:, len(part) :] = empty
+        padded = np.empty((array.shape[1], SLAB))
+        padded[:, : len(array)] = array.T
+        padded[:, len(array) :] = empty
         return jax.device_put(np.ascontiguousarray(padded.reshape(-1, CHUNKS, CHUNK).transpose(1, 0, 2)))
 
-    used = len(weight[rows])
     # Directions of empty places only have to be unit and above the horizon: (1, 1, 1) / sqrt(3).
     diagonal = 3**-0.5
-    samples = Samples(
-        layout(data.wi, diagonal), layout(data.wo, diagonal), layout(data.value, 0.0), layout(weight, 0.0), scale
-    )
-    return Slab(samples, -(-used // CHUNK))
+    return Samples(layout(wi, diagonal), layout(wo, diagonal), layout(value, 0.0), layout(weight, 0.0), scale)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
 
+from fitter.quality import inspect
 from fitter.reflectance import Reflectance
 from fitter.rusinkiewicz import half_difference
 
@@ -22,11 +24,12 @@ def summarise(reflectance: Reflectance) -> dict[str, Any]:
     **Returns:** a dictionary with the keys
 
     - `source`, `format`: as the reader tells them;
-    - `samples`, `dropped` (reason -> count), `clamped` (channel values), `weighted`,
+    - `samples`, `dropped` (reason -> count), `clamped` (channel values), `weighted`, `standard_errors`,
       `interpolates`;
     - `angles_deg`: name -> [lowest, highest] over the samples;
     - `value`: channel -> percentile -> 1/sr, without the cosine;
-    - `grid`: axis -> `size`, `first_deg`, `last_deg`, in C order; `None` for scattered samples.
+    - `grid`: axis -> `size`, `first_deg`, `last_deg`, in C order; `None` for scattered samples;
+    - `findings`: what spoils a fit or limits it, a list of `name`, `count`, `share`, `sentence`.
     """
     wi, wo = reflectance.wi, reflectance.wo
     half = half_difference(wi, wo)
@@ -48,6 +51,7 @@ def summarise(reflectance: Reflectance) -> dict[str, Any]:
         "dropped": dict(reflectance.dropped),
         "clamped": reflectance.clamped,
         "weighted": bool((reflectance.weight != 1).any()),
+        "standard_errors": reflectance.sigma is not None,
         "interpolates": reflectance.interpolant is not None,
         "angles_deg": {
             name: [float(np.degrees(angle.min())), float(np.degrees(angle.max()))] for name, angle in angles.items()
@@ -68,4 +72,5 @@ def summarise(reflectance: Reflectance) -> dict[str, Any]:
             }
             for name, axis in grid.axes.items()
         },
+        "findings": [dataclasses.asdict(finding) for finding in inspect(reflectance)],
     }

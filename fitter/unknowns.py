@@ -88,6 +88,11 @@ class Unknowns(eqx.Module):
     def element_labels(self) -> tuple[str, ...]:
         return tuple(label for unknown in self.free for label in unknown.element_labels)
 
+    def declaration(self, place: Place) -> Parameter:
+        """The declaration of a parameter, free or not."""
+        lobe, name = place
+        return next(p for p in parameters(type(split(self.template)[lobe])) if p.name == name)
+
     @property
     def structure(self) -> str:
         """All that decides about a program that is compiled for these unknowns, besides our source."""
@@ -168,6 +173,14 @@ class Unknowns(eqx.Module):
             plain |= {p.name: 0.0 for p in parameters(lobe) if is_absent(getattr(lobe, p.name))}
             lobes[name] = dataclasses.replace(lobe, **plain)
         return combine(lobes)
+
+    def values(self, y: Float[np.ndarray, "*points k"]) -> Float[np.ndarray, "*points k"]:
+        """The parameters' own numbers of one or many of the solver's vectors."""
+        values = np.array(y, np.float64)
+        for u in self.free:
+            if u.parameter.fit_square:
+                values[..., u.elements] = np.sqrt(np.maximum(values[..., u.elements], 0.0))
+        return values
 
     def scale(self, y: np.ndarray) -> np.ndarray:
         """The derivative of the parameters by the solver's vector, for standard errors by the delta method."""

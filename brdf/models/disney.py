@@ -81,7 +81,12 @@ class Disney(AbstractBRDF):
         0.0, 1.0, 0.0, "how far the diffuse term is flattened as by scattering inside", weight=True
     )
     metallic: Scalar = scalar(
-        0.0, 1.0, 0.0, "from a dielectric with a diffuse base to a metal without", held=(0.0, 1.0)
+        0.0,
+        1.0,
+        0.0,
+        "from a dielectric with a diffuse base to a metal without",
+        held=(0.0, 1.0),
+        because="trades off exactly with base_color, specular and specular_tint on isotropic data",
     )
     specular: Scalar = scalar(0.0, 1.0, 0.5, "reflectance of the dielectric at normal incidence, in units of 0.08")
     specular_tint: Scalar = scalar(0.0, 1.0, 0.0, "how far that reflectance takes the hue of the base")

@@ -70,13 +70,35 @@ class GLTF(AbstractBRDF):
     mixes_channels: ClassVar[bool] = True
 
     base_color: Color = color(0.0, 1.0, 1.0, "diffuse albedo of a dielectric, reflectance of a metal")
-    metallic: Scalar = scalar(0.0, 1.0, 1.0, "from a dielectric with a diffuse base to a metal", held=(0.0, 1.0))
+    metallic: Scalar = scalar(
+        0.0,
+        1.0,
+        1.0,
+        "from a dielectric with a diffuse base to a metal",
+        held=(0.0, 1.0),
+        because="trades off with base_color and specular_color",
+    )
     roughness: Scalar = scalar(
         0.0, 1.0, 1.0, "perceptual roughness of the highlight: alpha = roughness^2", starts=_ROUGHNESS_STARTS
     )
-    specular: Scalar = scalar(0.0, 1.0, 1.0, "strength of a dielectric's reflection", held=(1.0,))
+    specular: Scalar = scalar(
+        0.0,
+        1.0,
+        1.0,
+        "strength of a dielectric's reflection",
+        held=(1.0,),
+        because="trades off exactly with specular_color",
+    )
     specular_color: Color = color(0.0, 1.0, 1.0, "tint of a dielectric's reflectance at normal incidence")
-    ior: Scalar = scalar(1.0, 3.0, 1.5, "index of refraction of a dielectric", starts=(1.2, 1.5, 2.0), held=(1.5,))
+    ior: Scalar = scalar(
+        1.0,
+        3.0,
+        1.5,
+        "index of refraction of a dielectric",
+        starts=(1.2, 1.5, 2.0),
+        held=(1.5,),
+        because="trades off with specular_color but for grazing data",
+    )
     clearcoat: Scalar = scalar(0.0, 1.0, 0.0, "strength of a clear layer of index 1.5 above all else", weight=True)
     clearcoat_roughness: Scalar = scalar(
         0.0, 1.0, 0.0, "perceptual roughness of the clear layer: alpha = roughness^2", starts=_ROUGHNESS_STARTS[:3]

@@ -104,22 +104,43 @@ class OpenPBR(AbstractBRDF):
 
     mixes_channels: ClassVar[bool] = False
 
-    base_weight: Scalar = scalar(0.0, 1.0, 1.0, "multiplier of the base colour", held=(1.0,))
+    base_weight: Scalar = scalar(
+        0.0, 1.0, 1.0, "multiplier of the base colour", held=(1.0,), because="trades off exactly with base_color"
+    )
     base_color: Color = color(0.0, 1.0, 0.8, "diffuse albedo of a dielectric, reflectance of a metal")
     base_diffuse_roughness: Scalar = scalar(
         0.0, 1.0, 0.0, "roughness of the diffuse term: 0 is Lambert's", starts=(0.0, 0.5)
     )
     base_metalness: Scalar = scalar(
-        0.0, 1.0, 0.0, "from a dielectric with a diffuse base to a metal", weight=True, held=(0.0, 1.0)
+        0.0,
+        1.0,
+        0.0,
+        "from a dielectric with a diffuse base to a metal",
+        weight=True,
+        held=(0.0, 1.0),
+        because="trades off with base_color and specular_color",
     )
     specular_weight: Scalar = scalar(
-        0.0, 1.0, 1.0, "multiplier of the base's reflectance at normal incidence", held=(1.0,)
+        0.0,
+        1.0,
+        1.0,
+        "multiplier of the base's reflectance at normal incidence",
+        held=(1.0,),
+        because="trades off with specular_ior and specular_color",
     )
     specular_color: Color = color(0.0, 1.0, 1.0, "tint of a dielectric's highlight, and of a metal's at 82 degrees")
     specular_roughness: Scalar = scalar(
         0.0, 1.0, 0.3, "perceptual roughness of the base: alpha = roughness^2", starts=_ROUGHNESS_STARTS
     )
-    specular_ior: Scalar = scalar(1.0, 3.0, 1.5, "index of refraction of the base", starts=(1.2, 1.5, 2.0), held=(1.5,))
+    specular_ior: Scalar = scalar(
+        1.0,
+        3.0,
+        1.5,
+        "index of refraction of the base",
+        starts=(1.2, 1.5, 2.0),
+        held=(1.5,),
+        because="trades off with specular_color but for grazing data",
+    )
     specular_roughness_anisotropy: Scalar = scalar(
         0.0,
         1.0,
@@ -135,8 +156,23 @@ class OpenPBR(AbstractBRDF):
     coat_roughness: Scalar = scalar(
         0.0, 1.0, 0.0, "perceptual roughness of the coat: alpha = roughness^2", starts=_ROUGHNESS_STARTS
     )
-    coat_ior: Scalar = scalar(1.0, 3.0, 1.6, "index of refraction of the coat", starts=(1.2, 1.6, 2.0), held=(1.6,))
-    coat_darkening: Scalar = scalar(0.0, 1.0, 1.0, "how much the coat's inner reflections darken the base", held=(1.0,))
+    coat_ior: Scalar = scalar(
+        1.0,
+        3.0,
+        1.6,
+        "index of refraction of the coat",
+        starts=(1.2, 1.6, 2.0),
+        held=(1.6,),
+        because="trades off with coat_weight but for grazing data",
+    )
+    coat_darkening: Scalar = scalar(
+        0.0,
+        1.0,
+        1.0,
+        "how much the coat's inner reflections darken the base",
+        held=(1.0,),
+        because="trades off with base_color under a coat",
+    )
     fuzz_weight: Scalar = scalar(0.0, 1.0, 0.0, "share of the surface that the fuzz covers", weight=True)
     fuzz_color: Color = color(0.0, 1.0, 1.0, "colour of the fuzz")
     fuzz_roughness: Scalar = scalar(0.0, 1.0, 0.5, "from fibres along the normal to dust", starts=_ROUGHNESS_STARTS)

@@ -1,1 +1,1 @@
-"""How fast the models are, against the same formulas in NumPy and against Mitsuba 3: `brdf bench models`."""
+"""How fast the models and the fits are, against named peers: `brdf bench models` and `brdf bench fit`."""

@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brdf.model import AbstractBRDF
-from brdf.parameter import is_absent
+from brdf.parameter import Parameter, is_absent, parameters
 from brdf.registry import combine, split
 
-from ..unknowns import Unknown, choose
 from .numpy_program import NumpyProgram
 
 Array = NDArray[Any]
@@ -100,19 +99,16 @@ def value(model: AbstractBRDF, wi: Any, wo: Any) -> Any:
 def value_and_gradient(model: AbstractBRDF, wi: Any, wo: Any) -> Any:
     """Values and their derivatives in forward mode, which is what a fit takes: one per parameter, and one per channel
     of a colour where a model mixes channels."""
-    unknowns = choose(model, {}).free
     lobes = split(model)
     derivatives = []
-    for unknown in unknowns:
-        lobe = lobes[unknown.lobe]
-        field = unknown.parameter.name
+    for name, p in ((name, p) for name, lobe in lobes.items() for p in parameters(lobe)):
 
-        def along(number: Any, unknown: Unknown = unknown, lobe: AbstractBRDF = lobe, field: str = field) -> Any:
-            changed = dataclasses.replace(lobe, **{field: number})
-            return value(combine(lobes | {unknown.lobe: changed}), wi, wo)
+        def along(number: Any, name: str = name, p: Parameter = p) -> Any:
+            changed = dataclasses.replace(lobes[name], **{p.name: number})
+            return value(combine(lobes | {name: changed}), wi, wo)
 
-        number = getattr(lobe, field)
-        each = unknown.parameter.size == 3 and lobe.mixes_channels
+        number = getattr(lobes[name], p.name)
+        each = p.size == 3 and lobes[name].mixes_channels
         for tangent in np.eye(3, dtype=number.dtype) if each else [jnp.ones_like(number)]:
             derivatives.append(jax.jvp(along, (number,), (tangent,))[1])
     return value(model, wi, wo), derivatives

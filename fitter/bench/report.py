@@ -5,15 +5,12 @@ from __future__ import annotations
 import dataclasses
 import importlib.metadata
 import os
-import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from .measure import Cost, Speed
 from .mitsuba import Peers
-
-# Of the sentences in a terminal.
-_WIDTH = 100
+from .tables import Table, aligned, filled, piped
 
 
 @dataclasses.dataclass(frozen=True)
@@ -34,9 +31,6 @@ class Bench:
     one_core: bool
 
 
-Table = list[Sequence[str]]
-
-
 def data(found: Bench) -> dict[str, Any]:
     """JSON-serialisable."""
     return {
@@ -55,19 +49,19 @@ def data(found: Bench) -> dict[str, Any]:
 
 def text(found: Bench) -> str:
     """Tables of aligned columns."""
-    parts = [_filled(_how(found)), _aligned(_speeds(found))]
+    parts = [filled(_how(found)), aligned(_speeds(found))]
     if found.costs:
-        parts += [_filled(_ABSENT), _aligned(_costs(found))]
-    return "\n\n".join([*parts, _filled(_mitsuba(found)), *([_aligned(_peers(found))] if found.peers.rows else [])])
+        parts += [filled(_ABSENT), aligned(_costs(found))]
+    return "\n\n".join([*parts, filled(_mitsuba(found)), *([aligned(_peers(found))] if found.peers.rows else [])])
 
 
 def markdown(found: Bench) -> str:
     """The page of the docs."""
     parts = ["<!-- Made by `brdf bench models --markdown`. -->", "# Speed of the models", _how(found)]
-    parts += [_ratios(found), _piped(_speeds(found))]
+    parts += [_ratios(found), piped(_speeds(found))]
     if found.costs:
-        parts += ["## What is absent costs nothing", _ABSENT, _piped(_costs(found))]
-    parts += ["## Mitsuba 3", _mitsuba(found), *([_piped(_peers(found))] if found.peers.rows else [])]
+        parts += ["## What is absent costs nothing", _ABSENT, piped(_costs(found))]
+    parts += ["## Mitsuba 3", _mitsuba(found), *([piped(_peers(found))] if found.peers.rows else [])]
     return "\n\n".join(parts) + "\n"
 
 
@@ -137,23 +131,3 @@ def _peers(found: Bench) -> Table:
 
 def _millions(per_second: float) -> str:
     return f"{per_second / 1e6:.0f}" if per_second > 1e8 else f"{per_second / 1e6:.3g}"
-
-
-def _filled(text: str) -> str:
-    return textwrap.fill(text, _WIDTH)
-
-
-def _aligned(rows: Table) -> str:
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = [
-        "  ".join(
-            [f"{row[0]:{widths[0]}}", *(f"{cell:>{width}}" for cell, width in zip(row[1:], widths[1:], strict=True))]
-        )
-        for row in rows
-    ]
-    return "\n".join([lines[0], "-" * len(lines[0]), *lines[1:]])
-
-
-def _piped(rows: Table) -> str:
-    lines = [rows[0], ["---", *["---:"] * (len(rows[0]) - 1)], *rows[1:]]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)

@@ -8,6 +8,8 @@ import click
 
 from . import options
 
+_SECTIONS = ("table", "slice", "scaling", "memory", "process", "many")
+
 
 @click.group(name="bench")
 def command() -> None:
@@ -15,7 +17,7 @@ def command() -> None:
 
     \b
     Example:
-      brdf bench models ggx
+      brdf bench fit --quick
     """
 
 
@@ -60,6 +62,78 @@ def models(
         click.echo(json.dumps(data(found), indent=2))
     else:
         click.echo(page(found).rstrip("\n") if markdown else text(found))
+
+
+@command.command(name="fit")
+@click.argument("data", required=False)
+@click.option("--model", "-m", "names", multiple=True, help="Model to fit; the first one races against every peer.")
+@click.option("--samples", type=click.IntRange(min=100), help="Of the synthetic table, about; MERL's size by default.")
+@click.option("--rounds", default=3, show_default=True, type=click.IntRange(min=1), help="Their median counts.")
+@click.option("--limit", default=180.0, show_default=True, help="CPU seconds after which a peer's run is stopped.")
+@click.option("--materials", default=16, show_default=True, type=click.IntRange(min=1), help="Of the many fits.")
+@click.option("--only", multiple=True, type=click.Choice(_SECTIONS), help="Measure only this; may be given again.")
+@click.option("--quick", is_flag=True, help="One round on a table of 30,000 samples, 4 materials, 30 s per run.")
+@click.option("--plot", help="Where to draw the cost over time (.png, .pdf or .svg).")
+@click.option("--markdown", is_flag=True, help="Print the page of the docs.")
+@options.as_json
+@options.quiet
+@options.force
+def fit(
+    data: str | None,
+    names: tuple[str, ...],
+    samples: int | None,
+    rounds: int,
+    limit: float,
+    materials: int,
+    only: tuple[str, ...],
+    quick: bool,
+    plot: str | None,
+    markdown: bool,
+    as_json: bool,
+    quiet: bool,
+    force: bool,
+) -> None:
+    """Our fit against Optimistix, lmfit, scipy, Ceres and torch: same data, same loss, same final cost.
+
+    Fits a full MERL table and a slice of it, and measures memory, the whole process, growth with the samples and many
+    fits. DATA is a MERL .binary; without it the table is a synthetic material. Peers that are not installed are left
+    out: pip install --group bench. A full run takes about an hour.
+
+    \b
+    Example:
+      brdf bench fit --quick --only table --only slice
+    """
+    import json
+    import pathlib
+
+    from brdf.errors import UserError
+
+    if markdown and as_json:
+        raise UserError("`--markdown` and `--json` exclude each other. Leave one out.")
+    if data is not None and samples is not None:
+        raise UserError(f"`--samples {samples}` is the size of a synthetic table. Leave it or `{data}` out.")
+    options.check_output(plot, (".png", ".pdf", ".svg"), force)
+
+    from ..bench import fit_report
+    from ..bench.fit_run import MODELS, SECTIONS, Settings, bench
+
+    if quick:
+        samples, rounds, limit, materials = samples or (30_000 if data is None else None), 1, min(limit, 30.0), 4
+    settings = Settings(data, names or MODELS, samples, rounds, limit, materials, only or SECTIONS)
+    options.cache_compilations()
+    with options.progress(quiet) as say:
+        found = bench(settings, say)
+    if plot:
+        from ..bench.fit_plot import plot as draw
+
+        draw(found.races, plot, force)
+        click.echo(f"wrote {plot}", err=True)
+    if as_json:
+        click.echo(json.dumps(fit_report.data(found), indent=2, allow_nan=False))
+    elif markdown:
+        click.echo(fit_report.markdown(found, pathlib.Path(plot).name if plot else None).rstrip("\n"))
+    else:
+        click.echo(fit_report.text(found))
 
 
 def _bind_to_one_core() -> bool:

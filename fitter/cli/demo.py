@@ -42,7 +42,7 @@ def command(ctx: click.Context, output: str, quiet: bool, force: bool) -> None:
         options.check_output(path, (".json", ".txt", ".png"), force)
     shared = {"quiet": quiet, "force": force}
     result = ctx.invoke(
-        fit, data=str(SAMPLE), model=MODEL, output=names["copper.json"], plot=names["fit.png"], **shared
+        fit, data=(str(SAMPLE),), model=MODEL, output=names["copper.json"], plot=names["fit.png"], **shared
     )
     with atomic_path(names["report.txt"], force) as temporary:
         temporary.write_text(result.report() + "\n", encoding="utf-8")

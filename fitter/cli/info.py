@@ -13,9 +13,15 @@ from . import options
 @click.command(name="info")
 @click.argument("file")
 @click.option("--read", "read_options", multiple=True, metavar="NAME=VALUE", help="Option of the reader: cells=centre")
+@click.option(
+    "--channels", default="rgb", show_default=True, metavar="ORDER", help="Order of FILE's channels: bgr, ..."
+)
 @options.as_json
-def command(file: str, read_options: tuple[str, ...], as_json: bool) -> None:
+def command(file: str, read_options: tuple[str, ...], channels: str, as_json: bool) -> None:
     """Says what FILE holds: a measurement (samples, angles, values, what was left out) or a material.
+
+    For a measurement it ends in what was found to be wrong or missing. A wrong order of channels cannot be seen in the
+    numbers: if the colour looks wrong, try `--channels bgr`.
 
     \b
     Example:
@@ -29,10 +35,17 @@ def command(file: str, read_options: tuple[str, ...], as_json: bool) -> None:
         facts: dict[str, Any] = load_material(file).to_dict()
     else:
         from ..formats import read
+        from ..quality import reorder_channels
         from ..summary import summarise
 
-        facts = summarise(read(file, options.pairs(read_options, "--read")))
-    click.echo(json.dumps(facts, indent=2) if as_json else "\n".join(_lines(facts, "")))
+        facts = summarise(reorder_channels(read(file, options.pairs(read_options, "--read")), channels))
+    if as_json:
+        click.echo(json.dumps(facts, indent=2))
+        return
+    findings = facts.pop("findings", [])
+    click.echo("\n".join(_lines(facts, "")))
+    for finding in findings:
+        click.echo(f"{finding['name']}: {finding['sentence']}")
 
 
 def _lines(value: Any, indent: str) -> list[str]:

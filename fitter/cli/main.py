@@ -11,14 +11,15 @@ import click
 
 from brdf.errors import UserError
 
-_NOT_COMMANDS = {"__init__", "main", "options"}
+_NOT_COMMANDS = {"main", "options"}
 
 
 class _Commands(click.Group):
     """Imports `fitter/cli/NAME.py` when its command is asked for, and calls its `command`."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return sorted({file.stem for file in pathlib.Path(__file__).parent.glob("*.py")} - _NOT_COMMANDS)
+        stems = {file.stem for file in pathlib.Path(__file__).parent.glob("[!_]*.py")}
+        return sorted(stems - _NOT_COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in self.list_commands(ctx):

@@ -7,6 +7,7 @@ import os
 import pathlib
 import sys
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import click
 
@@ -57,20 +58,32 @@ def progress(quiet: bool) -> Iterator[Callable[[str], None]]:
         yield status.update
 
 
+def value(text: str) -> Any:
+    """A number, a list of numbers, or the text itself."""
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        return text
+    return numbers[0] if len(numbers) == 1 else numbers
+
+
 def cache_compilations() -> None:
-    """Keeps compiled JAX programs on disk between runs, in `BRDF_CACHE_DIR` or the user's cache folder.
+    """Keeps compiled JAX programs on disk between runs, in `BRDF_CACHE_DIR` or the user's cache folder."""
+    folder = cache_folder()
+    if folder is not None:
+        import jax
 
-    A folder that cannot be written is no error: programs are then compiled anew.
-    """
-    import jax
+        jax.config.update("jax_compilation_cache_dir", folder)
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0)
+        jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
 
+
+def cache_folder() -> str | None:
+    """The folder for compiled programs; None if it cannot be written, which is no error: they are compiled anew."""
     base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     folder = pathlib.Path(os.environ.get("BRDF_CACHE_DIR") or pathlib.Path(base) / "brdf-fitter") / "jax"
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:
-        return
-    if os.access(folder, os.W_OK):
-        jax.config.update("jax_compilation_cache_dir", str(folder))
-        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0)
-        jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+        return None
+    return str(folder) if os.access(folder, os.W_OK) else None

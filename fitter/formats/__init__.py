@@ -29,7 +29,8 @@ from typing import Protocol, cast, runtime_checkable
 from brdf.errors import FileError, UserError
 from fitter.reflectance import Reflectance
 
-SNIFFED_BYTES = 512
+# Text headers, such as ASTM's, run to some hundred bytes before the line that tells them apart.
+SNIFFED_BYTES = 4096
 
 
 @runtime_checkable

@@ -7,7 +7,8 @@ Fields of the container (see `fitter/tensor_file.py`), angles in radians:
     sigma           projected area of the facets seen from wi, over (phi, theta)
     vndf            visible normals, per (phi_i, theta_i) over (phi, theta)
     rgb             M, linear Rec. 709, per (phi_i, theta_i), [channel][32][32]
-    spectra         M per wavelength instead (field `wavelengths`, nm)
+    spectra         M per wavelength instead (field `wavelengths`, nm); the options `illuminant` and `wavelength` say
+                    how they become channels
     jacobian        0 if M already holds the factor D / (4 sigma)
     description     text
 
@@ -33,15 +34,17 @@ import os
 
 import numpy as np
 
-from brdf.errors import FileError
+from brdf.errors import FileError, UserError
+from fitter.formats import _spectrum
 from fitter.formats._bilinear_warp import BilinearWarp, bilinear, patch, slice_weights
+from fitter.formats._scattered import spherical
 from fitter.formats._tensor_file import MAGIC, read_tensor_file
 from fitter.reflectance import HORIZON_COSINE, Reflectance
 
 NAME = "RGL"
 DESCRIPTION = "adaptive tensors of the EPFL RGL database (Dupuy and Jakob 2018)"
 SUFFIXES = (".bsdf",)
-OPTIONS: dict[str, tuple[str, ...]] = {}
+OPTIONS = _spectrum.OPTIONS
 
 # Ranks of the fields that every file has.
 RANKS = {"theta_i": 1, "phi_i": 1, "ndf": 2, "sigma": 2, "vndf": 4, "jacobian": 1}
@@ -56,12 +59,13 @@ def sniff(head: bytes) -> bool:
     return head.startswith(MAGIC)
 
 
-def read(path: str | os.PathLike[str]) -> Reflectance:
+def read(path: str | os.PathLike[str], wavelength: str | None = None, illuminant: str | None = None) -> Reflectance:
     """Reads an RGL measurement, isotropic or anisotropic, RGB or spectral.
 
     **Arguments:**
 
     - `path`: the file.
+    - `wavelength`, `illuminant`: for spectra only; see `_spectrum.channel_weights`.
 
     **Returns:** one sample for each node of the file whose two directions are above the horizon: its
     value is what was measured there, without interpolation, and its weight 1. Channels may be
@@ -69,19 +73,21 @@ def read(path: str | os.PathLike[str]) -> Reflectance:
     `clamped`; `evaluate` gives the negative number. `evaluate` interpolates as the definition says.
 
     **Raises:** `FileError` if the file is damaged, a field is missing or of the wrong shape, or no
-    node is usable.
+    node is usable; `UserError` on an option that does not fit.
     """
     fields = read_tensor_file(path)
     _check(path, fields)
+    facts = "isotropic" if len(fields["phi_i"]) <= MOST_ISOTROPIC_PHI else "anisotropic"
     if "rgb" not in fields:
-        from fitter.formats._spectrum import rgb_weights
-
         # Interpolation is linear in M, so that spectra may become colours before it.
-        try:
-            weights = rgb_weights(fields["wavelengths"].astype(np.float64))
-        except ValueError as error:
-            raise FileError(path, f"field `spectra`: {error}.", "Or use the RGB version of the file.") from error
+        weights, done = _spectrum.channel_weights(fields["wavelengths"], wavelength, illuminant)
         fields["rgb"] = np.einsum("pkwyx,wc->pkcyx", fields["spectra"], weights)
+        facts = f"{facts}, {done}"
+    elif wavelength or illuminant:
+        raise UserError(
+            f"`{os.path.basename(path)}` holds colours, not spectra. Leave `wavelength` and `illuminant` out, or read "
+            "the spectral version of the file."
+        )
     try:
         tensors = _Tensors(fields)
     except ValueError as error:
@@ -93,12 +99,11 @@ def read(path: str | os.PathLike[str]) -> Reflectance:
             f"has no usable node: {', '.join(f'{n} {why}' for why, n in dropped.items())}.",
             "Download the file again.",
         )
-    kind = "isotropic" if tensors.isotropic else "anisotropic"
     return Reflectance(
         wi=wi,
         wo=wo,
         value=np.maximum(value, 0.0),
-        source=f"{os.path.basename(path)} ({NAME}, {kind})",
+        source=f"{os.path.basename(path)} ({NAME}, {facts})",
         format=NAME,
         dropped=dropped,
         clamped=int(np.count_nonzero(value < 0)),
@@ -182,8 +187,8 @@ class _Tensors:
             u_theta, u_phi = u_theta.ravel(), u_phi.ravel()
             theta_m = u_theta**2 * (np.pi / 2)
             phi_m = u_phi * (2 * np.pi) - np.pi + (phi_i if self.isotropic else 0.0)
-            wm = _spherical(theta_m, phi_m)
-            wi = np.broadcast_to(_spherical(np.asarray(theta_i), np.asarray(phi_i)), wm.shape)
+            wm = spherical(theta_m, phi_m)
+            wi = np.broadcast_to(spherical(np.asarray(theta_i), np.asarray(phi_i)), wm.shape)
             wo = 2 * np.einsum("ij,ij->i", wi, wm)[:, None] * wm - wi
             above = wo[:, 2] > HORIZON_COSINE
             one = np.ones(len(wm))
@@ -237,10 +242,6 @@ class _Tensors:
                     corner = self._image[number, :, row + row_step, column + column_step]
                     value += share[:, None] * corner
         return value
-
-
-def _spherical(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
-    return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
 
 
 def _elevation(direction: np.ndarray) -> np.ndarray:

@@ -3,10 +3,6 @@
 Each member of the file is one material, [theta_d][theta_h][3] in 1/sr, linear Rec. 709, without the
 cosine. Row i of n stands for theta_d = i / n x 90 degrees, column j of m for theta_h =
 (j / m)^2 x 90 degrees: the lower edges of MERL's cells. `file.npz:name` selects the member.
-
-A slice at phi_d = 90 degrees has both directions at the same height, so that no cell lies below the
-horizon. It says nothing about how the reflectance depends on phi_d: `evaluate` takes it to be the
-same everywhere (a bivariate BRDF, in theta_h and theta_d).
 """
 
 from __future__ import annotations
@@ -19,10 +15,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from brdf.errors import FileError
-from fitter.formats._angular_table import AngularTable
-from fitter.reflectance import HORIZON_COSINE, Grid, Reflectance
-from fitter.rusinkiewicz import directions, half_difference
+from brdf.atomic import atomic_path
+from brdf.errors import FileError, UserError
+from fitter.formats._slice import slice_measurement
+from fitter.reflectance import Grid, Reflectance
 
 NAME = "npz slices"
 DESCRIPTION = "phi_d = 90 degree slices [theta_d][theta_h][RGB], one member per material"
@@ -54,10 +50,7 @@ def read(path: str | os.PathLike[str], member: str | None = None) -> Reflectance
     - `path`: the file.
     - `member`: the material; may be left out if the file holds only one.
 
-    **Returns:** one sample per cell that is finite and has no negative channel, with `grid` over
-    `theta_d`, `theta_h`. `evaluate` is bilinear in the cells' coordinates (the square root of
-    theta_h), constant beyond the first and last cell, and does not depend on phi_d; invalid cells
-    are left out and the other weights scaled up.
+    **Returns:** as `_slice.slice_measurement` says.
 
     **Raises:** `FileError` if the file is no npz, the member is missing or not of that shape, or no
     cell is valid.
@@ -80,58 +73,34 @@ def read(path: str | os.PathLike[str], member: str | None = None) -> Reflectance
             f"{getattr(values, 'shape', ())}.",
             "A slice is [theta_d][theta_h][3], floats in 1/sr.",
         )
-    return _slice(path, member, values.astype(np.float64))
-
-
-def _slice(path: str | os.PathLike[str], member: str, values: np.ndarray) -> Reflectance:
-    rows, columns = values.shape[:2]
-    theta_d = np.arange(rows) / rows * (np.pi / 2)
-    theta_h = (np.arange(columns) / columns) ** 2 * (np.pi / 2)
-    finite = np.isfinite(values).all(2)
-    valid = (values >= 0).all(2)
-    above = np.cos(theta_d)[:, None] * np.cos(theta_h) > HORIZON_COSINE
-    dropped = {
-        "below horizon": int(np.count_nonzero(~above)),
-        "not finite": int(np.count_nonzero(above & ~finite)),
-        "marked invalid": int(np.count_nonzero(above & finite & ~valid)),
-    }
-    i, j = np.nonzero(above & finite & valid)
-    if not len(i):
-        raise FileError(
-            path,
-            f"member `{member}` has no valid cell: of {values[..., 0].size} {dropped['not finite']} "
-            f"are not finite and {dropped['marked invalid']} negative.",
-            "Export it again.",
-        )
-    wi, wo = directions(theta_h[j], theta_d[i], np.full(len(i), np.pi / 2))
-    value = values[i, j]
-    values[~(finite & valid)] = np.nan
-    return Reflectance(
-        wi=wi,
-        wo=wo,
-        value=value,
+    return slice_measurement(
+        path,
+        values.astype(np.float64),
+        what=f"member `{member}` ",
         source=f"{os.path.basename(path)}:{member} ({NAME}, phi_d = 90 degrees)",
         format=NAME,
-        dropped={reason: count for reason, count in dropped.items() if count},
-        grid=Grid({"theta_d": theta_d, "theta_h": theta_h}, i * columns + j),
-        interpolant=_Interpolant(
-            AngularTable(np.moveaxis(values, 2, 0), (False, False)),
-        ),
     )
 
 
-class _Interpolant:
-    """(wi, wo) to the slice's value; see `read`."""
+def write(reflectance: Reflectance, path: str | os.PathLike[str], force: bool = False) -> None:
+    """Writes a slice at phi_d = 90 degrees as the member `slice`; cells without a sample become NaN.
 
-    def __init__(self, table: AngularTable):
-        self.table = table
+    **Raises:** `UserError` if the measurement is no such slice; `FileError` if the file cannot be written.
+    """
+    grid = reflectance.grid
+    if grid is None or not _is_slice(grid):
+        raise UserError(f"`{reflectance.source}` is not a slice at phi_d = 90 degrees. Write a `.csv`.")
+    with atomic_path(path, force) as temporary, open(temporary, "wb") as file:
+        np.savez(file, slice=grid.scatter(reflectance.value))
 
-    def __call__(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        angles = half_difference(wi, wo)
-        rows, columns = self.table.size
-        return self.table.interpolate(
-            angles.theta_d / (np.pi / 2) * rows, np.sqrt(angles.theta_h / (np.pi / 2)) * columns
-        )
+
+def _is_slice(grid: Grid) -> bool:
+    if tuple(grid.axes) != ("theta_d", "theta_h"):
+        return False
+    return all(
+        np.allclose(axis, (np.arange(len(axis)) / len(axis)) ** power * (np.pi / 2))
+        for axis, power in zip(grid.axes.values(), (1, 2), strict=True)
+    )
 
 
 @contextlib.contextmanager

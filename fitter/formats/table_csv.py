@@ -10,8 +10,9 @@ measured from the normal and about it, or unit vectors in the frame whose normal
     wi_x, wi_y, wi_z, wo_x, wo_y, wo_z
 
 `i` is the light, `o` the viewer. Values are 1/sr without the cosine, linear Rec. 709: `r, g, b`, or
-one `value` that stands for all three. `weight` is optional. Columns stand in any order, separated
-by comma, semicolon or tab.
+one `value` that stands for all three. Optional are `weight`, and the standard error of the value
+in 1/sr, by which a fit can weight it: `sigma` for every channel or `sigma_r, sigma_g, sigma_b`.
+Columns stand in any order, separated by comma, semicolon or tab.
 
 Samples are scattered: the format defines no value between them.
 """
@@ -21,12 +22,15 @@ from __future__ import annotations
 import difflib
 import os
 import pathlib
+from collections.abc import Callable
 
 import numpy as np
 
 from brdf.atomic import atomic_path
 from brdf.errors import FileError
-from fitter.reflectance import HORIZON_COSINE, UNIT_TOLERANCE, Reflectance
+from fitter.formats._scattered import measurement, spherical
+from fitter.formats._text import number_rows, read_text
+from fitter.reflectance import UNIT_TOLERANCE, Reflectance
 
 NAME = "CSV"
 DESCRIPTION = "scattered samples: angles in degrees or unit vectors, one or three channels"
@@ -36,7 +40,8 @@ OPTIONS: dict[str, tuple[str, ...]] = {}
 ANGLES = ("theta_i", "phi_i", "theta_o", "phi_o")
 VECTORS = ("wi_x", "wi_y", "wi_z", "wo_x", "wo_y", "wo_z")
 COLOUR = ("r", "g", "b")
-KNOWN = (*ANGLES, *VECTORS, *COLOUR, "value", "weight")
+SIGMAS = ("sigma_r", "sigma_g", "sigma_b")
+KNOWN = (*ANGLES, *VECTORS, *COLOUR, "value", "weight", "sigma", *SIGMAS)
 ROWS_AT_ONCE = 65536
 
 
@@ -57,7 +62,7 @@ def read(path: str | os.PathLike[str]) -> Reflectance:
 
     **Raises:** `FileError` that names the line, on text that is not UTF-8, columns that are unknown,
     missing, doubled or contradict each other, fields that are no numbers, vectors that are not
-    unit, negative weights, or no usable row.
+    unit, negative weights, standard errors that are not positive, or no usable row.
     """
     names, rows, lines = _parse(path)
     column = {name: rows[:, place] for place, name in enumerate(names)}
@@ -66,39 +71,24 @@ def read(path: str | os.PathLike[str]) -> Reflectance:
         wi, wo = _directions(path, column, lines, finite)
         grey = "value" in column
         value = np.stack([column[name] for name in (("value",) * 3 if grey else COLOUR)], 1)
-        weight = column.get("weight", np.ones(len(rows)))
-        if (bad := finite & (weight < 0)).any():
-            raise FileError(
-                path,
-                f"line {lines[np.argmax(bad)]}: `weight = {weight[np.argmax(bad)]:g}` is negative.",
-                "Give 0 to a sample that is not to count.",
-            )
-        above = finite & (wi[:, 2] > HORIZON_COSINE) & (wo[:, 2] > HORIZON_COSINE)
-        keep = above & (value >= 0).all(1)
-    dropped = {
-        "not finite": int(np.count_nonzero(~finite)),
-        "below horizon": int(np.count_nonzero(finite & ~above)),
-        "negative": int(np.count_nonzero(above & ~keep)),
-    }
-    dropped = {reason: count for reason, count in dropped.items() if count}
-    if not keep.any():
-        raise FileError(
-            path,
-            f"has no usable row: of {len(rows)} "
-            + ", ".join(f"{count} {reason}" for reason, count in dropped.items())
-            + ".",
-            "Angles are in degrees from the normal, values in 1/sr.",
-        )
-    if not weight[keep].any():
-        raise FileError(path, "has weight 0 in every row.", "Give one row a positive weight.")
-    return Reflectance(
-        wi=wi[keep],
-        wo=wo[keep],
-        value=value[keep],
-        weight=weight[keep],
-        source=f"{os.path.basename(path)} ({NAME}{', one channel for all three' if grey else ''})",
+        _refuse_below(path, column, "weight", lines, finite, np.less, "is negative", "Give 0 to what is not to count.")
+        remedy = "Give the standard error of the value in 1/sr, or leave out the column or the row."
+        for name in ("sigma", *SIGMAS):
+            _refuse_below(path, column, name, lines, finite, np.less_equal, "is not positive", remedy)
+    sigma = column.get("sigma")
+    if sigma is None and SIGMAS[0] in column:
+        sigma = np.stack([column[name] for name in SIGMAS], 1)
+    return measurement(
+        path,
+        wi,
+        wo,
+        value,
         format=NAME,
-        dropped=dropped,
+        facts="one channel for all three" if grey else "",
+        clamp=False,
+        weight=column.get("weight"),
+        sigma=sigma,
+        remedy="Angles are in degrees from the normal, values in 1/sr.",
     )
 
 
@@ -107,7 +97,8 @@ def write(reflectance: Reflectance, path: str | os.PathLike[str], force: bool = 
 
     **Arguments:**
 
-    - `reflectance`: what to write; `weight` becomes a column only if it is not 1 everywhere.
+    - `reflectance`: what to write; `weight` becomes a column only if it is not 1 everywhere, and
+      `sigma` one or three if it is there.
     - `path`: where to.
     - `force`: whether an existing file may be replaced.
 
@@ -115,10 +106,14 @@ def write(reflectance: Reflectance, path: str | os.PathLike[str], force: bool = 
     """
     weight = reflectance.weight
     weighted = bool((weight != 1).any())
-    names = (*VECTORS, *COLOUR, *(("weight",) if weighted else ()))
+    names = [*VECTORS, *COLOUR]
     columns = [reflectance.wi, reflectance.wo, reflectance.value]
     if weighted:
+        names.append("weight")
         columns.append(weight[:, None])
+    if reflectance.sigma is not None:
+        names += ["sigma"] if reflectance.sigma.ndim == 1 else SIGMAS
+        columns.append(reflectance.sigma.reshape(len(reflectance), -1))
     separator = "\t" if pathlib.Path(path).suffix.lower() == ".tsv" else ","
     with (
         atomic_path(path, force) as temporary,
@@ -132,49 +127,21 @@ def write(reflectance: Reflectance, path: str | os.PathLike[str], force: bool = 
             file.writelines(separator.join(map(repr, row)) + "\n" for row in rows.tolist())
 
 
-def _parse(path: str | os.PathLike[str]) -> tuple[list[str], np.ndarray, list[int]]:
+def _parse(path: str | os.PathLike[str]) -> tuple[list[str], np.ndarray, np.ndarray]:
     """Column names, (rows, columns) numbers, and the line of each row."""
-    data = pathlib.Path(path).read_bytes()
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise FileError(path, f"byte {error.start} is not UTF-8 text.", "Save it as CSV in UTF-8.") from error
-    if (zero := text.find("\0")) >= 0:
-        raise FileError(path, f"character {zero} is a zero: this is no text.", "Save it as CSV.")
-    names: list[str] = []
-    rows: list[list[float]] = []
-    lines: list[int] = []
-    separator = ","
-    for number, line in enumerate(text.splitlines(), 1):
-        line = line.strip()
-        if not line or line.startswith("#"):
-            continue
-        if not names:
-            separator = max(",;\t", key=line.count)
-            names = _header(path, number, line.split(separator))
-            continue
-        fields = line.split(separator)
-        if len(fields) != len(names):
-            raise FileError(
-                path,
-                f"line {number} has {len(fields)} fields for {len(names)} columns.",
-                "Give every column a number, and decimals a point.",
-            )
-        try:
-            rows.append(list(map(float, fields)))
-        except ValueError:
-            place, field = next((i, f) for i, f in enumerate(fields) if not _is_number(f))
-            raise FileError(
-                path,
-                f"line {number}, column `{names[place]}`: `{field.strip()[:40]}` is no number.",
-                "Write decimals with a point, and nan where nothing was measured.",
-            ) from None
-        lines.append(number)
-    if not names:
+    lines = [
+        (number, line.strip())
+        for number, line in enumerate(read_text(path).splitlines(), 1)
+        if line.strip() and not line.strip().startswith("#")
+    ]
+    if not lines:
         raise FileError(path, "has no header line.", f"The first line names columns: {_forms()}.")
-    if not rows:
+    number, header = lines[0]
+    separator = max(",;\t", key=header.count)
+    names = _header(path, number, header.split(separator))
+    if len(lines) == 1:
         raise FileError(path, "has a header and no rows.", "Export the measurement again.")
-    return names, np.array(rows), lines
+    return names, *number_rows(path, lines[1:], names, separator)
 
 
 def _header(path: str | os.PathLike[str], line: int, fields: list[str]) -> list[str]:
@@ -186,7 +153,7 @@ def _header(path: str | os.PathLike[str], line: int, fields: list[str]) -> list[
             raise FileError(path, f"line {line}: `{name[:40]}` is no known column.", f"{hint}{_forms()}.")
         if names.count(name) > 1:
             raise FileError(path, f"line {line} names `{name}` twice.", "Keep one of them.")
-    for either, other in ((ANGLES, VECTORS), (COLOUR, ("value",))):
+    for either, other in ((ANGLES, VECTORS), (COLOUR, ("value",)), (SIGMAS, ("sigma",))):
         if set(either) & set(names) and set(other) & set(names):
             raise FileError(
                 path,
@@ -195,7 +162,8 @@ def _header(path: str | os.PathLike[str], line: int, fields: list[str]) -> list[
             )
     directions = VECTORS if set(VECTORS) & set(names) else ("theta_i", "theta_o", "phi_o")
     values = ("value",) if "value" in names else COLOUR
-    missing = [name for name in (*directions, *values) if name not in names]
+    sigmas = SIGMAS if set(SIGMAS) & set(names) else ()
+    missing = [name for name in (*directions, *values, *sigmas) if name not in names]
     if missing:
         raise FileError(path, f"line {line} lacks {', '.join(f'`{name}`' for name in missing)}.", f"{_forms()}.")
     return names
@@ -204,7 +172,7 @@ def _header(path: str | os.PathLike[str], line: int, fields: list[str]) -> list[
 def _directions(
     path: str | os.PathLike[str],
     column: dict[str, np.ndarray],
-    lines: list[int],
+    lines: np.ndarray,
     finite: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """wi and wo of every row, (n, 3); vectors are checked and normalised."""
@@ -222,8 +190,7 @@ def _directions(
                 )
             theta = np.radians(degrees)
             phi = np.radians(column.get(f"phi_{end}", np.zeros(len(theta))))
-            sine = np.sin(theta)
-            found.append(np.stack([sine * np.cos(phi), sine * np.sin(phi), np.cos(theta)], 1))
+            found.append(spherical(theta, phi))
             continue
         vector = np.stack([column[f"w{end}_{axis}"] for axis in "xyz"], 1)
         length = np.linalg.norm(vector, axis=1)
@@ -239,16 +206,25 @@ def _directions(
     return found[0], found[1]
 
 
-def _is_number(field: str) -> bool:
-    try:
-        float(field)
-    except ValueError:
-        return False
-    return True
+def _refuse_below(
+    path: str | os.PathLike[str],
+    column: dict[str, np.ndarray],
+    name: str,
+    lines: np.ndarray,
+    finite: np.ndarray,
+    is_bad: Callable[[np.ndarray, int], np.ndarray],
+    rule: str,
+    remedy: str,
+) -> None:
+    """Raises if a finite number of the column `name`, where there is one, stands in the relation `is_bad` to 0."""
+    if name in column and (bad := finite & is_bad(column[name], 0)).any():
+        first = int(np.argmax(bad))
+        raise FileError(path, f"line {lines[first]}: `{name} = {column[name][first]:g}` {rule}.", remedy)
 
 
 def _forms() -> str:
     return (
         f"Columns are {', '.join(ANGLES)} in degrees or {', '.join(VECTORS)}, then "
-        f"{', '.join(COLOUR)} or value, and optionally weight"
+        f"{', '.join(COLOUR)} or value, and optionally weight and sigma (or "
+        f"{', '.join(SIGMAS)})"
     )

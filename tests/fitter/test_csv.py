@@ -72,6 +72,9 @@ def test_unusable_rows_are_dropped_and_counted(tmp_path):
         ("theta_i,theta_o,phi_o,value\n1,2,3,x", "line 2, column `value`: `x` is no number"),
         ("theta_i,theta_o,phi_o,value\n1,2,,4", "line 2, column `phi_o`: `` is no number"),
         ("theta_i,theta_o,phi_o,value,weight\n1,2,3,4,-1", "line 2: `weight = -1` is negative"),
+        ("theta_i,theta_o,phi_o,value,sigma\n1,2,3,4,0", "line 2: `sigma = 0` is not positive"),
+        ("theta_i,theta_o,phi_o,value,sigma,sigma_r\n1,2,3,4,5,6", "mixes sigma_r, sigma_g, sigma_b with sigma"),
+        ("theta_i,theta_o,phi_o,value,sigma_r\n1,2,3,4,5", "lacks `sigma_g`, `sigma_b`"),
         ("theta_i,theta_o,phi_o,value,weight\n1,2,3,4,0", "weight 0 in every row"),
         ("wi_x,wi_y,wi_z,wo_x,wo_y,wo_z,value\n0,0,1,0,0,2,1", "line 2: `wo` has the length 2"),
         ("# only a comment\n", "has no header line.*theta_i, phi_i"),
@@ -114,10 +117,35 @@ def test_written_samples_come_back_bit_by_bit(tmp_path, name):
         fitter.formats.write(data, tmp_path / name)
 
 
+@pytest.mark.parametrize("shape", [(50,), (50, 3)])
+def test_standard_errors_come_back_bit_by_bit(tmp_path, shape):
+    # Oracle: the round trip.
+    rng = np.random.default_rng(1)
+    up = np.tile([0.0, 0.0, 1.0], (50, 1))
+    data = Reflectance(up, up, rng.exponential(size=(50, 3)), "a test", sigma=rng.uniform(0.01, 1, shape))
+    fitter.formats.write(data, tmp_path / "out.csv")
+    np.testing.assert_array_equal(fitter.formats.read(tmp_path / "out.csv").sigma, data.sigma)
+
+
+def test_standard_errors_follow_the_rows_that_are_kept(tmp_path):
+    data = read(tmp_path, "theta_i,theta_o,phi_o,value,sigma\n1,2,3,4,0.1\n1,2,3,-4,0.2\n1,2,3,4,nan\n1,2,3,4,0.4")
+    np.testing.assert_array_equal(data.sigma, [0.1, 0.4])
+    assert dict(data.dropped) == {"not finite": 1, "negative": 1}
+
+
 def test_weights_of_one_are_not_written(tmp_path):
     data = read(tmp_path, "theta_i,theta_o,phi_o,value\n10,20,30,0.5\n")
     fitter.formats.write(data, tmp_path / "out.csv")
     assert "weight" not in (tmp_path / "out.csv").read_text()
+
+
+def test_text_beyond_any_measurement_is_refused_before_it_is_read(tmp_path):
+    # A sparse file of 2 GiB takes no space.
+    with open(tmp_path / "big.csv", "wb") as file:
+        file.write(b"theta_i,theta_o,phi_o,value\n")
+        file.truncate(1 << 31)
+    with pytest.raises(FileError, match=r"is 2147483648 bytes long.*up to 1073741824"):
+        fitter.formats.read(tmp_path / "big.csv")
 
 
 def test_scattered_samples_cannot_be_evaluated(tmp_path):

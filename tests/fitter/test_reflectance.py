@@ -51,6 +51,9 @@ def test_nearly_unit_directions_are_normalised_and_exact_ones_kept():
         ({"weight": np.zeros(2)}, "Every `weight` is 0"),
         ({"weight": np.array([1.0, -1.0])}, "`weight` is negative"),
         ({"weight": np.ones(3)}, r"Pass \(2,\)"),
+        ({"sigma": np.array([1.0, 0.0])}, "`sigma` is not positive and finite in 1 places, first `0` in row 1"),
+        ({"sigma": np.array([1.0, np.inf])}, "`sigma` is not positive and finite"),
+        ({"sigma": np.ones((2, 2))}, r"`sigma` has the shape \(2, 2\)\. Pass \(2,\) or \(2, 3\)"),
         ({"wi": UP[:0], "wo": UP[:0], "value": GREY[:0], "dropped": {"negative": 7}}, "7 negative"),
         ({"grid": Grid({"theta_h": np.arange(3.0)}, np.arange(3))}, "one cell per sample"),
     ],
@@ -81,6 +84,13 @@ def test_selection_counts_what_it_leaves_out():
         data.select(np.array([False]), "beyond 80 deg")
 
 
+@pytest.mark.parametrize("sigma", [np.array([0.1, 0.2]), np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]])])
+def test_selection_carries_the_standard_errors(sigma):
+    data = make(sigma=sigma).select(np.array([False, True]), "a reason")
+    np.testing.assert_array_equal(data.sigma, sigma[1:])
+    assert make().select(np.array([False, True]), "a reason").sigma is None
+
+
 def test_evaluation_is_zero_below_the_horizon_and_asks_the_format_above():
     data = make(interpolant=lambda wi, wo: np.full((len(wi), 3), -0.5))
     wi = np.array([[0.0, 0.0, 1.0], [0.0, 0.6, -0.8]])
@@ -104,6 +114,8 @@ def test_summary_is_plain_json():
     assert summary["value"]["g"]["50%"] == 0.25
     assert summary["grid"]["theta_h"]["last_deg"] == pytest.approx(45.0)
     assert summary["interpolates"] is False
+    assert summary["standard_errors"] is False
+    assert summarise(make(sigma=np.ones(2)))["standard_errors"] is True
     assert summarise(make())["grid"] is None
 
 
@@ -145,7 +157,9 @@ def test_writing_an_unknown_suffix_names_the_known_ones(tmp_path):
 
 def test_every_format_declares_what_the_registry_needs():
     names = [format.NAME for format in fitter.formats.formats()]
-    assert {"MERL", "RGL", "CSV", "npz slices"} <= set(names)
+    assert {"MERL", "RGL", "CSV", "npz slices", "UTIA", "ASTM E1392", "goniometer CSV", "ALTA", "EXR slice"} <= set(
+        names
+    )
     for format in fitter.formats.formats():
         assert all(suffix.startswith(".") and suffix.islower() for suffix in format.SUFFIXES)
         assert format.DESCRIPTION

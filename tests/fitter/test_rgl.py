@@ -7,7 +7,7 @@ import pytest
 from synthetic_rgl import ORACLE, VARIANTS, fields, write_tensor_file
 
 import fitter.formats
-from brdf.errors import FileError
+from brdf.errors import FileError, UserError
 from fitter.formats._bilinear_warp import BilinearWarp
 from fitter.formats._tensor_file import read_tensor_file
 from fitter.reflectance import Reflectance
@@ -169,13 +169,88 @@ def test_flat_spectra_are_grey(tmp_path):
     np.testing.assert_allclose(spectral.value, grey.value, rtol=1e-12, atol=1e-15)
 
 
-def test_spectra_that_miss_the_visible_range_are_refused(tmp_path):
+@pytest.mark.parametrize("illuminant", ["D65", "A", "e", "FL2", "D50"])
+def test_spectra_become_the_colour_that_an_independent_computation_gives(tmp_path, illuminant):
+    # Oracle: colour-science's own chain sd_to_XYZ (summed at 1 nm) and XYZ_to_RGB with Bradford's adaptation, on the
+    # spectrum that every node holds. 2e-4: its Rec. 709 white is D65 rounded to four decimals.
+    colour = pytest.importorskip("colour", reason="colours of spectra need colour-science")
+    nm = np.arange(360.0, 831.0, 5)
+    spectrum = 0.5 + 0.3 * np.sin(nm / 40) + 0.1 * np.cos(nm / 11)
+    contents = fields(*ISOTROPIC)
+    shape = contents.pop("rgb").shape
+    contents["spectra"] = np.tile(spectrum[:, None, None], (*shape[:2], 1, *shape[3:])).astype("<f8")
+    contents["wavelengths"] = nm.astype("<f4")
+    contents["jacobian"] = np.array([0], "u1")  # M is f cos_o itself
+    write_tensor_file(tmp_path / "spectral.bsdf", contents)
+    data = fitter.formats.read(tmp_path / "spectral.bsdf", {"illuminant": illuminant})
+    fine = np.arange(360.0, 831.0)
+    name = illuminant.upper()
+    shape = colour.SpectralShape(360, 830, 1)
+    observer = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(shape)
+    light = colour.SDS_ILLUMINANTS[name].copy().align(shape)
+    seen = {"cmfs": observer, "illuminant": light, "method": "Integration"}
+    reflectance = colour.SpectralDistribution(np.interp(fine, nm, spectrum), fine)
+    xyz = colour.sd_to_XYZ(reflectance, **seen) / 100
+    white = colour.sd_to_XYZ(colour.SpectralDistribution(np.ones(len(fine)), fine), **seen)
+    rgb = colour.XYZ_to_RGB(xyz, "ITU-R BT.709", colour.XYZ_to_xy(white), chromatic_adaptation_transform="Bradford")
+    expected = rgb / data.wo[:, 2:]
+    np.testing.assert_allclose(data.value, np.maximum(expected, 0), rtol=2e-4, atol=2e-4 * rgb.max())
+    assert f"colour of 95 wavelengths under {name}" in data.source
+    assert np.ptp(rgb) > 0.1  # the spectrum is not grey
+
+
+def test_one_or_three_wavelengths_can_be_chosen(tmp_path):
+    # Oracle: the planes themselves, as an RGB file.
+    contents = fields(*ISOTROPIC)
+    contents["rgb"] = np.abs(contents["rgb"])
+    write_tensor_file(tmp_path / "rgb.bsdf", contents)
+    rgb = fitter.formats.read(tmp_path / "rgb.bsdf")
+    contents["spectra"] = contents.pop("rgb")[:, :, ::-1]
+    contents["wavelengths"] = np.array([465, 525, 630], "<f4")
+    write_tensor_file(tmp_path / "spectral.bsdf", contents)
+    three = fitter.formats.read(tmp_path / "spectral.bsdf", {"wavelength": "630,525,465"})
+    np.testing.assert_allclose(three.value, rgb.value, rtol=1e-12)
+    assert "630, 525, 465 nm as red, green, blue" in three.source
+    one = fitter.formats.read(tmp_path / "spectral.bsdf", {"wavelength": "465"})
+    np.testing.assert_allclose(one.value, np.repeat(rgb.value[:, 2:], 3, 1), rtol=1e-12)
+    grey = fitter.formats.read(tmp_path / "spectral.bsdf")
+    np.testing.assert_allclose(grey.value, np.repeat(rgb.value[:, 1:2], 3, 1), rtol=1e-12)
+    assert "all channels from 525 nm, since wavelengths of 465-630 nm do not cover 450-650 nm" in grey.source
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"illuminant": "D66"}, r"`illuminant = D66` is not one that colour-science knows.*`D6"),
+        ({"illuminant": "A", "wavelength": "550"}, "exclude each other"),
+        ({"wavelength": "green"}, "`wavelength = green` is not one number of nm"),
+        ({"wavelength": "500,550"}, "is not one number of nm, or three"),
+        ({"wavelength": "nan"}, "is not one number of nm"),
+        ({"wavelength": "444"}, "`wavelength = 444` nm was not measured. The nearest is 450 nm"),
+    ],
+)
+def test_options_of_spectra_that_do_not_fit_are_refused(tmp_path, options, message):
+    contents = fields(*ISOTROPIC)
+    contents["spectra"] = np.repeat(contents.pop("rgb"), 7, 2)
+    contents["wavelengths"] = np.linspace(400, 800, 21).astype("<f4") + (np.arange(21) == 2) * np.float32(10)  # 450
+    write_tensor_file(tmp_path / "made.bsdf", contents)
+    with pytest.raises(UserError, match=message):
+        fitter.formats.read(tmp_path / "made.bsdf", options)
+
+
+def test_options_of_spectra_are_refused_for_colours(made_up):
+    with pytest.raises(UserError, match=r"holds colours, not spectra. Leave `wavelength` and `illuminant` out"):
+        fitter.formats.read(made_up, {"illuminant": "A"})
+
+
+def test_spectra_that_miss_the_visible_range_are_no_colour(tmp_path):
     contents = fields(*ISOTROPIC)
     contents["spectra"] = contents.pop("rgb")
     contents["wavelengths"] = np.array([0.4, 0.5, 0.6], "<f4")  # micrometres
     write_tensor_file(tmp_path / "made.bsdf", contents)
-    with pytest.raises(FileError, match=r"0.4-0.6 nm do not cover 450-650 nm"):
-        fitter.formats.read(tmp_path / "made.bsdf")
+    with pytest.raises(UserError, match=r"asks for a colour, but wavelengths of 0.4-0.6 nm do not cover 450-650 nm"):
+        fitter.formats.read(tmp_path / "made.bsdf", {"illuminant": "D65"})
+    assert "0.4-0.6 nm do not cover" in fitter.formats.read(tmp_path / "made.bsdf").source
 
 
 @pytest.mark.parametrize(

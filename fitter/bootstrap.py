@@ -1,0 +1,119 @@
+"""Error bars where the model misses the data: a bootstrap over incident angles.
+
+Neighbouring samples then err together, and standard errors that take them as independent are far too small. The samples
+are cut into blocks of neighbouring incident angles, whole blocks are drawn again with replacement, and each draw's
+solution follows from the blocks' own normal equations by one Newton step from the common solution.
+
+- Kuensch 1989, "The Jackknife and the Bootstrap for General Stationary Observations" (blocks).
+- Davidson, MacKinnon 1999, "Bootstrap Testing in Nonlinear Models" (one step instead of a fit).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from jaxtyping import Float
+
+from .identify import Certainty
+from .minimise import Problem
+from .reflectance import Reflectance
+from .samples import CHUNK, CHUNKS, Slab, arrange_blocks
+
+# Enough blocks for percentiles, few enough that neighbours in different ones err independently.
+BLOCKS = 32
+_DRAWS = 2000
+_SEED = 19890101
+# Angles that all lie closer together than this, in degrees, are one.
+_SPREAD_DEG = 5.0
+# The variance of the solution over that of independent samples from which on the misfit, not noise, decides.
+_INFLATED = 3.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Blocks:
+    """What each block of samples tells about a solution.
+
+    - `gradients`: shape (b, k), of the cost.
+    - `hessians`: shape (b, k, k).
+    """
+
+    gradients: Float[np.ndarray, "b k"]
+    hessians: Float[np.ndarray, "b k k"]
+
+
+def assess_blocks(problem: Problem, y: Float[np.ndarray, " k"], data: Reflectance, weight: np.ndarray) -> Blocks:
+    """The normal equations at `y` of each block of incident angles, from the samples of the subset.
+
+    Where all samples have one incident angle, outgoing angles take its place.
+    """
+    rows = problem.arranged.rows
+    angles = [np.degrees(np.arccos(np.clip(w[rows, 2], -1, 1))) for w in (data.wi, data.wo)]
+    angle = angles[0] if np.ptp(angles[0]) > _SPREAD_DEG else angles[1]
+    parts = np.array_split(rows[np.argsort(angle, kind="stable")], min(BLOCKS, len(rows)))
+    slab = arrange_blocks(data, weight, parts, CHUNKS // BLOCKS, problem.arranged.subset.samples.scale)
+    per_block = CHUNKS // BLOCKS
+    found = [
+        problem.assess(y, Slab(slab, CHUNKS), place * per_block, -(-len(part) // CHUNK)).equations
+        for place, part in enumerate(parts)
+    ]
+    return Blocks(np.stack([one.gradient for one in found]), np.stack([one.hessian for one in found]))
+
+
+def inflation(blocks: Blocks, scores: Float[np.ndarray, "k k"], free: np.ndarray) -> float:
+    """How much more the solution scatters by blocks than by independent samples, on average over its directions.
+
+    With independent samples the sum over blocks of the outer product of their gradients has the mean of `scores`.
+    """
+    total = np.einsum("bi,bj->ij", *2 * [blocks.gradients[:, free] - blocks.gradients[:, free].mean(axis=0)])
+    scores = scores[np.ix_(free, free)]
+    root = np.sqrt(np.maximum(np.diagonal(scores), np.finfo(float).tiny))
+    scaled = scores / root[:, None] / root[None, :]
+    return float(
+        np.trace(np.linalg.pinv(scaled, rcond=1e-8, hermitian=True) @ (total / np.outer(root, root))) / free.size
+    )
+
+
+def bootstrapped(
+    problem: Problem,
+    y: Float[np.ndarray, " k"],
+    sure: Certainty,
+    scores: Float[np.ndarray, "k k"],
+    curvature: Float[np.ndarray, "k k"] | None,
+    data: Reflectance,
+    weight: np.ndarray,
+) -> Certainty:
+    """The certainty with standard errors and 95 % intervals of the bootstrap, if misfit decides about them.
+
+    **Arguments:**
+
+    - `y`, `sure`: the solution and what is known of it.
+    - `scores`: of the subset, see `fitter.normal`.
+    - `curvature`: of the subset: what its Hessian leaves out, if known.
+    - `data`, `weight`: all samples.
+    """
+    free = np.flatnonzero(np.isfinite(sure.standard_errors))
+    if free.size == 0 or len(problem.arranged.rows) < 2 * BLOCKS:
+        return sure
+    blocks = assess_blocks(problem, y, data, weight)
+    inflated = inflation(blocks, scores, free)
+    if not inflated > _INFLATED:
+        return sure
+    bent = 0.0 if curvature is None else curvature[np.ix_(free, free)]
+    gradients, hessians = blocks.gradients[:, free], blocks.hessians[:, free][:, :, free]
+    # The common gradient is zero up to the last step's tolerance.
+    gradients = gradients - gradients.mean(axis=0)
+    count = len(gradients)
+    drawn = np.random.default_rng(_SEED).multinomial(count, np.full(count, 1 / count), _DRAWS).astype(float)
+    hessian = np.einsum("db,bij->dij", drawn, hessians) + bent
+    diagonal = np.einsum("dii->di", hessian)
+    root = np.sqrt(np.maximum(diagonal, 1e-9 * diagonal.mean(axis=0)))
+    scaled = hessian / root[:, :, None] / root[:, None, :] + 1e-9 * np.eye(free.size)
+    steps = -np.linalg.solve(scaled, ((drawn @ gradients) / root)[..., None])[..., 0] / root
+    points = np.tile(y, (_DRAWS, 1))
+    points[:, free] = np.clip(y[free] + steps, problem.lower[free], problem.upper[free])
+    values = problem.unknowns.values(points)[:, free]
+    errors, intervals = sure.standard_errors.copy(), sure.intervals.copy()
+    errors[free] = values.std(axis=0)
+    intervals[free] = np.percentile(values, [2.5, 97.5], axis=0).T
+    return dataclasses.replace(sure, standard_errors=errors, intervals=intervals, inflation=inflated)

@@ -1,0 +1,46 @@
+"""Every combination of options of a model's static choices."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Sequence
+
+from brdf.errors import UserError
+from brdf.model import AbstractBRDF
+from brdf.parameter import choices
+from brdf.registry import build, combine, nearest, split
+
+_VARIANTS_MAX = 64
+
+
+def searched(expression: str, names: Sequence[str]) -> list[AbstractBRDF]:
+    """The model with every combination of the options of some choices; lobes that share a choice have it in common.
+
+    **Arguments:**
+
+    - `expression`: such as `"lambert+ggx"`.
+    - `names`: of static choices, such as `("masking", "fresnel")`.
+
+    **Raises:** `UserError` for a choice that no lobe has, or more than 64 combinations.
+    """
+    lobes = split(build(expression))
+    known = {choice.name: choice for lobe in lobes.values() for choice in choices(lobe)}
+    names = [name.strip() for name in names]
+    for name in names:
+        if name not in known:
+            raise UserError(f"`{name}` is not a static choice of `{expression}`. {nearest(name, known)}")
+    variants = []
+    for options in itertools.product(*(known[name].options for name in names)):
+        chosen = dict(zip(names, options, strict=True))
+        variants.append(combine({name: _with(lobe, chosen) for name, lobe in lobes.items()}))
+    if len(variants) > _VARIANTS_MAX:
+        raise UserError(
+            f"{', '.join(names)} have {len(variants)} combinations, more than {_VARIANTS_MAX}. Search fewer."
+        )
+    return variants
+
+
+def _with(lobe: AbstractBRDF, chosen: dict[str, str]) -> AbstractBRDF:
+    own = {c.name: chosen[c.name] for c in choices(lobe) if c.name in chosen and chosen[c.name] in c.options}
+    return dataclasses.replace(lobe, **own)

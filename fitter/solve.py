@@ -1,0 +1,184 @@
+"""The road of a fit: starts, the best of them on a few samples, then on more, then on all.
+
+A random part of the samples finds the solution; all of them only move it by what that part could not know. So a large
+measurement is passed over about three times, whatever the number of steps.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import jax
+import numpy as np
+
+from brdf.errors import UserError
+from brdf.material import Material, check_parameter, load_material
+from brdf.model import AbstractBRDF
+from brdf.registry import expression_of, nearest
+
+from .minimise import Minimum, Problem, minimise
+from .normal import Assessment
+from .samples import CHUNK
+from .start import candidates, interchangeable, scan, sort_lobes
+from .unknowns import Unknowns
+
+# Chunks, a random part of the samples, on which starts are refined; the best one goes on to all.
+_COARSE = 4
+# Starts are refined until the lowest cost has been found twice, at least and at most so many.
+_STARTS_MIN, _STARTS_MAX = 2, 6
+_SAME = 1e-6
+# A step that would lower the cost by a smaller share is not assessed: it moves no parameter by a hundredth of its
+# standard error. On a part of the samples that share stays below what the other samples will change.
+_RTOL, _RTOL_COARSE, _RTOL_ALL = 1e-10, 1e-6, 1e-7
+# Mean square of the residuals that counts as an exact fit: rounding of float64 values up to log(1 + 1e4).
+_EXACT = 1e-29
+
+
+@dataclasses.dataclass(frozen=True)
+class Solution:
+    """Where a fit ended; `assessment` holds the scores too, and `problem` the values at which parameters are held."""
+
+    problem: Problem
+    y: np.ndarray
+    start: np.ndarray
+    assessment: Assessment
+    curvature: np.ndarray | None
+    converged: bool
+    status: str
+    steps: int
+    passes: float
+
+
+def solve(problem: Problem, start: Any, say: Callable[[str], None]) -> Solution:
+    arranged = problem.arranged
+    variants = [problem.varied(unknowns) for unknowns in problem.unknowns.variants()]
+    starts = _starts(variants, start, say)
+    say("fitting a subset")
+    best, origin = _coarse(starts)
+    problem, coarse = best
+    atol = _EXACT * arranged.rows.size
+    found = minimise(
+        problem.assess,
+        coarse.y,
+        problem.lower,
+        problem.upper,
+        rtol=_RTOL if len(arranged.slabs) == 1 else _RTOL_COARSE,
+        atol=atol,
+        curvature=_scaled(coarse, arranged.subset.count / min(_COARSE, arranged.subset.count)),
+    )
+    steps = found.steps
+    if len(arranged.slabs) > 1:
+        say(f"fitting all samples, {sum(slab.count for slab in arranged.slabs)} thousand")
+        found = minimise(
+            problem.everywhere,
+            found.y,
+            problem.lower,
+            problem.upper,
+            rtol=_RTOL_ALL,
+            atol=atol / arranged.share,
+            curvature=_scaled(found, 1 / arranged.share),
+        )
+        steps = found.steps
+    y = sort_lobes(found.y, interchangeable(problem.unknowns))
+    # The products of single samples' gradients are a sample statistic: the subset tells them well enough.
+    last = problem.assess(y, scores=True)
+    if len(arranged.slabs) > 1:
+        last = last._replace(scores=last.scores / arranged.share)
+        equations = _sorted_equations(found, y, last, arranged.share)
+        last = Assessment(equations, found.assessment.log_abs, found.assessment.log_square, last.scores)
+    converged, status = _status(found, steps)
+    passes = sum(variant.passes for variant in variants)
+    curvature = found.curvature if np.array_equal(y, found.y) else None
+    if curvature is not None:
+        curvature = curvature * arranged.share
+    return Solution(problem, y, origin, last, curvature, converged, status, steps, passes)
+
+
+def _sorted_equations(found: Minimum, y: np.ndarray, last: Assessment, share: float) -> Any:
+    """The equations at the solution: those of all samples unless lobes were exchanged after them."""
+    if np.array_equal(y, found.y):
+        return found.assessment.equations
+    return jax.tree.map(lambda part: part / share, last.equations)._replace(cost=found.assessment.equations.cost)
+
+
+def _scaled(found: Minimum, factor: float) -> np.ndarray | None:
+    return None if found.curvature is None else found.curvature * factor
+
+
+def _starts(variants: list[Problem], start: Any, say: Callable[[str], None]) -> list[tuple[Problem, np.ndarray]]:
+    """Where to start, the most promising first."""
+    problem = variants[0]
+    if isinstance(start, str | os.PathLike):
+        start = load_material(start)
+    if isinstance(start, Material):
+        start = start.brdf
+    if isinstance(start, AbstractBRDF):
+        wanted, got = expression_of(problem.unknowns.template), expression_of(start)
+        if wanted != got:
+            raise UserError(f"The start is `{got}`, but `{wanted}` is fitted. Start from a material of the same lobes.")
+        return [(variant, variant.unknowns.vector(start)) for variant in variants]
+    rows = candidates(problem.unknowns, _given(problem.unknowns, start or {}))
+    say(f"trying {len(rows) * len(variants)} starts")
+    found = []
+    for variant in variants:
+        solved, costs = scan(variant, rows)
+        found += [(cost, place, variant, row) for place, (cost, row) in enumerate(zip(costs, solved, strict=True))]
+    found.sort(key=lambda one: one[:2])
+    return [(variant, row) for _, _, variant, row in found]
+
+
+def _given(unknowns: Unknowns, start: Mapping[str, Any]) -> dict[int, float]:
+    """The solver's elements of the values from which a user wants to start."""
+    given: dict[int, float] = {}
+    labels = [unknown.label for unknown in unknowns.free]
+    for key, value in start.items():
+        found = [u for u in unknowns.free if key in (u.label, u.parameter.name)]
+        if len(found) != 1:
+            raise UserError(f"`{key}` is not one free parameter here. {nearest(key, labels)}")
+        unknown = found[0]
+        elements = np.atleast_1d(unknown.inward(check_parameter(value, unknown.parameter, unknown.lobe)))
+        given |= {unknown.offset + place: float(x) for place, x in enumerate(elements)}
+    return given
+
+
+def _coarse(starts: list[tuple[Problem, np.ndarray]]) -> tuple[tuple[Problem, Minimum], np.ndarray]:
+    """The best minimum on a few chunks, and where it started."""
+    best: tuple[Problem, Minimum] | None = None
+    origin = starts[0][1]
+    for tried, (problem, y) in enumerate(starts[:_STARTS_MAX]):
+        count = min(_COARSE, problem.arranged.subset.count)
+        atol = _EXACT * count * CHUNK
+        found = minimise(
+            lambda y, problem=problem, count=count: problem.assess(y, count=count),
+            y,
+            problem.lower,
+            problem.upper,
+            rtol=_RTOL_COARSE,
+            atol=atol,
+        )
+        is_same = best is not None and abs(found.cost - best[1].cost) <= _SAME * best[1].cost
+        if best is None or found.cost < best[1].cost:
+            best, origin = (problem, found), y
+        if found.cost <= atol or (is_same and tried + 1 >= _STARTS_MIN):
+            break
+    assert best is not None
+    return best, origin
+
+
+def _status(found: Minimum, steps: int) -> tuple[bool, str]:
+    if found.state.failed:
+        return False, "The model is not finite at the start. Check the values of the fixed parameters."
+    if found.state.stuck:
+        return False, (
+            f"Stopped after {steps} steps: no step lowers the error, yet the slope is not zero. "
+            "Fix the parameters that trade off, or start from another model."
+        )
+    if not found.state.done:
+        return False, (
+            f"Stopped after {steps} steps, still improving: two parameters may trade off against each other. "
+            "Fix one of them, or fit fewer lobes."
+        )
+    return True, f"Converged in {steps} step{'' if steps == 1 else 's'}."
