@@ -34,7 +34,7 @@ class Certainty:
       bound to as far as the profile of the cost allows.
     - `correlations`: shape (k, k), by the Hessian alone: how elements can trade off against each other; NaN likewise.
     - `at_bound`: shape (k,), whether each element lies at a bound.
-    - `idle`: shape (k,), whether an element has no effect at all at the solution.
+    - `idle`: shape (k,), whether an element has no effect at all at the solution, wherever it lies.
     - `singular_values`: of the scaled Jacobian of the elements that are neither, descending, the largest 1.
     - `rank`, `condition`: how many of them count, and the largest over the smallest.
     - `freedoms`: for each direction that the data do not determine, the labels of the elements that trade off along it.
@@ -82,7 +82,7 @@ def certainty(
     """
     k = len(y)
     stuck = at_bounds(unknowns, y)
-    idle = ~stuck & (np.diagonal(hessian) <= 0)
+    idle = np.diagonal(hessian) <= 0
     free = np.flatnonzero(~stuck & ~idle)
     errors, correlations = np.full(k, np.nan), np.full((k, k), np.nan)
     if free.size == 0:

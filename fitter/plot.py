@@ -13,6 +13,8 @@ from matplotlib.figure import Figure
 from brdf.atomic import atomic_path
 from brdf.model import AbstractBRDF, evaluate
 
+from .judge import render
+from .plot_judgement import draw_judgement
 from .result import FitResult
 from .rusinkiewicz import half_difference
 
@@ -31,7 +33,8 @@ def plot_fit(result: FitResult, path: str | os.PathLike[str], force: bool = Fals
 
     Above: the luminance of the samples, of the model at the same directions, and the difference of log(1 + f cos_i),
     averaged over cells of theta_h and theta_d. Below: the plane of incidence at a few incident angles; points or thin
-    lines are measured, thick lines fitted.
+    lines are measured, thick lines fitted. At the bottom, where the measurement defines its values everywhere: a lit
+    sphere of both, and how different they look (see `fitter.judge`).
 
     **Arguments:**
 
@@ -41,11 +44,15 @@ def plot_fit(result: FitResult, path: str | os.PathLike[str], force: bool = Fals
 
     Raises `FileError` if the file exists without `force` or cannot be written.
     """
-    figure = Figure(figsize=(14, 8.2), layout="constrained")
+    pictures = render(result.brdf, result.data)
+    heights = (1.0, 1.0) if pictures is None else (1.0, 1.0, 0.9)
+    figure = Figure(figsize=(14, 4.1 * sum(heights)), layout="constrained")
     FigureCanvasAgg(figure)
-    rows = np.asarray(figure.subfigures(2, 1))
+    rows = np.asarray(figure.subfigures(len(heights), 1, height_ratios=heights))
     _draw_slices(result, rows[0])
     _draw_lobes(result, rows[1])
+    if pictures is not None:
+        draw_judgement(pictures, rows[2])
     # A file name need not be text that a font can draw; a dollar would start a formula.
     source = result.data.source.encode(errors="replace").decode().replace("$", r"\$")
     figure.suptitle(f"{result.material.model} fitted to {source}, mean log error {result.errors['log_mae']:.4f}")

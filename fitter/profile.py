@@ -30,7 +30,7 @@ def profiled(problem: Problem, y: Float[np.ndarray, " k"], sure: Certainty) -> C
 
     - `y`, `sure`: the solution and what is known of it; `sure.inflation` widens the limits too.
     """
-    stuck = np.flatnonzero(sure.at_bound & (problem.upper > problem.lower))
+    stuck = np.flatnonzero(sure.at_bound & ~sure.idle & (problem.upper > problem.lower))
     if stuck.size == 0:
         return sure
     count = min(_CHUNKS, problem.arranged.subset.count)

@@ -80,16 +80,15 @@ def notes(result: FitResult) -> list[str]:
     found += _held(result)
     if sure.inflation > 1:
         found.append(
-            f"The misfit decides about the errors ({math.sqrt(sure.inflation):.0f} times independent samples'): "
-            "standard errors and intervals are those of a bootstrap over incident angles."
+            "Where the model misses the data neighbouring samples err together: standard errors and intervals come from "
+            f"a bootstrap over incident angles, {math.sqrt(sure.inflation):.1f} times what independent samples give."
         )
     if 3 * result.samples <= result.unknowns.size:
         found.append(f"{result.samples} samples are too few for {result.unknowns.size} free numbers and their errors.")
     if result.at_bound():
         found.append(f"At a bound: {', '.join(result.at_bound())}. Their intervals are profiles of the cost.")
-    idle = [label for label, is_idle in zip(result.unknowns.element_labels, sure.idle, strict=True) if is_idle]
-    if idle:
-        found.append(f"Without any effect at this solution: {', '.join(idle)}.")
+    if idle := _idle(result):
+        found.append(f"Without any effect at this solution, and as they were at its start: {', '.join(idle)}.")
     for a, b, rho in result.correlations(_CORRELATION_WARNED)[:_CORRELATIONS_WARNED_MAX]:
         found.append(f"{a} and {b} trade off against each other ({rho:+.3f}): fix one of them to pin the other.")
     return found
@@ -126,12 +125,12 @@ def _parameter_lines(result: FitResult) -> list[str]:
             result.unknowns.element_labels,
             result.certainty.standard_errors,
             result.certainty.intervals,
-            result.certainty.at_bound,
+            result.certainty.at_bound & ~result.certainty.idle,
             strict=True,
         )
     }
     tied = {".".join(place): unknown.label for unknown in result.unknowns.free for place in unknown.places[1:]}
-    initial, values = elements(result.initial), elements(result.brdf)
+    initial, values, idle = elements(result.initial), elements(result.brdf), _idle(result)
     width = max(len(label) for label in values)
     lines = []
     for label, value in values.items():
@@ -150,12 +149,17 @@ def _parameter_lines(result: FitResult) -> list[str]:
                 limit = f" [{low:.3g}, {high:.3g}]" if math.isfinite(low) else ""
                 line += f"at its bound {limit:32} {start}"
             elif not math.isfinite(error):
-                line += f"{'not determined':46}{start}"
+                line += f"{'no effect' if label in idle else 'not determined':46}{start}"
             else:
                 percent = f"{100 * error / abs(value):.2f} %" if value else "-"
                 line += f"+/- {error:<9.3g} ({percent:>8}) [{low:<8.4g}, {high:>8.4g}]  {start}"
         lines.append(line.rstrip())
     return lines
+
+
+def _idle(result: FitResult) -> list[str]:
+    rows = zip(result.unknowns.element_labels, result.certainty.idle, strict=True)
+    return [label for label, is_idle in rows if is_idle]
 
 
 def _is_held(result: FitResult, label: str) -> bool:

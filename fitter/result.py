@@ -103,9 +103,9 @@ class FitResult:
         return {label: float(e) if math.isfinite(e) else None for label, e in zip(labels, errors, strict=True)}
 
     def at_bound(self) -> list[str]:
-        """The free elements that ended at a bound."""
-        labels = self.unknowns.element_labels
-        return [label for label, stuck in zip(labels, self.certainty.at_bound, strict=True) if stuck]
+        """The free elements that ended at a bound and have an effect there."""
+        rows = zip(self.unknowns.element_labels, self.certainty.at_bound & ~self.certainty.idle, strict=True)
+        return [label for label, stuck in rows if stuck]
 
     def correlations(self, above: float = CORRELATION_SHOWN) -> list[tuple[str, str, float]]:
         """Pairs of free elements whose correlation is larger than `above` in magnitude, strongest first."""

@@ -9,6 +9,7 @@ from typing import Any
 
 from brdf.errors import UserError
 
+from .physics import PhysicalCheck, check
 from .result import FitResult
 
 
@@ -99,6 +100,11 @@ class Selection:
         assert self.chosen.result is not None
         return self.chosen.result
 
+    @functools.cached_property
+    def physics(self) -> PhysicalCheck:
+        """Whether the chosen model keeps energy and reciprocity, see `fitter.physics`."""
+        return check(self.result.brdf)
+
     def to_dict(self) -> dict[str, Any]:
         """The comparison as one JSON object, without the chosen material."""
         return {
@@ -107,6 +113,7 @@ class Selection:
             "held_out_angle": self.angle if self.folds else None,
             "folds": self.folds,
             "reason": self.reason,
+            "physics": self.physics.to_dict(),
         }
 
     def report(self) -> str:
@@ -126,7 +133,7 @@ class Selection:
             )
             if one.note:
                 lines.append(f"      {'':{width}}  {one.note}")
-        return "\n".join([*lines, f"    {self.reason}"])
+        return "\n".join([*lines, f"    {self.reason}", f"    It {self.physics.sentence()}."])
 
 
 def _digits(value: float, digits: int) -> str:

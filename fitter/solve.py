@@ -30,6 +30,8 @@ _COARSE = 4
 # Starts are refined until the lowest cost has been found twice, at least and at most so many.
 _STARTS_MIN, _STARTS_MAX = 2, 6
 _SAME = 1e-6
+# Candidates whose costs differ by a smaller share than this are one: rounding, as of an azimuth without anisotropy.
+_IDLE = 1e-9
 # A step that would lower the cost by a smaller share is not assessed: it moves no parameter by a hundredth of its
 # standard error. On a part of the samples that share stays below what the other samples will change.
 _RTOL, _RTOL_COARSE, _RTOL_ALL = 1e-10, 1e-6, 1e-7
@@ -127,7 +129,29 @@ def _starts(variants: list[Problem], start: Any, say: Callable[[str], None]) -> 
         solved, costs = scan(variant, rows)
         found += [(cost, place, variant, row) for place, (cost, row) in enumerate(zip(costs, solved, strict=True))]
     found.sort(key=lambda one: one[:2])
-    return [(variant, row) for _, _, variant, row in found]
+    return [(variant, row) for _, _, variant, row in _distinct(found)]
+
+
+def _distinct(
+    found: list[tuple[float, int, Problem, np.ndarray]],
+) -> list[tuple[float, int, Problem, np.ndarray]]:
+    """The candidates in order, the best one of each variant first.
+
+    Those that differ from a better one in nothing but what has no effect are left out: they would find the same minimum
+    twice and so pass for a proof of it.
+    """
+    first, others = [], []
+    last: dict[int, float] = {}
+    for one in found:
+        cost, variant = one[0], id(one[2])
+        if variant not in last:
+            first.append(one)
+        elif cost > last[variant] * (1 + _IDLE):
+            others.append(one)
+        else:
+            continue
+        last[variant] = cost
+    return first + others
 
 
 def _given(unknowns: Unknowns, start: Mapping[str, Any]) -> dict[int, float]:

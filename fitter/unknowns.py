@@ -179,7 +179,8 @@ class Unknowns(eqx.Module):
         values = np.array(y, np.float64)
         for u in self.free:
             if u.parameter.fit_square:
-                values[..., u.elements] = np.sqrt(np.maximum(values[..., u.elements], 0.0))
+                square = values[..., u.elements]
+                values[..., u.elements] = np.where(square > _SQUARE_MIN, np.sqrt(np.maximum(square, 0.0)), 0.0)
         return values
 
     def scale(self, y: np.ndarray) -> np.ndarray:
