@@ -80,7 +80,8 @@ def fit(
     - `max_theta_deg`: samples whose incident or outgoing polar angle is this or more, in degrees (0, 90], are left out:
       measurements at grazing angles are seldom reliable.
     - `advice`: whether to work out which further scans would help most (`FitResult.advice`).
-    - `quick`: leaves out the bootstrap and the profiles at bounds: standard errors then take samples as independent.
+    - `quick`: leaves out the bootstrap, the profiles at bounds and the inspection of the data; standard errors then
+      take samples as independent.
     - `progress`: called with a sentence at the beginning of each stage.
 
     **Returns:**
@@ -130,7 +131,7 @@ class _Options:
 def _fit(model: AbstractBRDF, data: Reflectance, loss: str, options: _Options, say: Callable[[str], None]) -> FitResult:
     started = time.perf_counter()
     weights, max_theta_deg = options.weights, options.max_theta_deg
-    findings = inspect(data)
+    findings = () if options.quick else tuple(inspect(data))
     data = _cut(data, max_theta_deg)
     # The fit runs in float64 whatever the caller's setting: stopping tests of float32 sit in its rounding noise.
     with jax.enable_x64(True):
@@ -147,7 +148,7 @@ def _fit(model: AbstractBRDF, data: Reflectance, loss: str, options: _Options, s
         if not options.quick:
             share = problem.arranged.share
             sure = bootstrapped(problem, solution.y, sure, scores * share, solution.curvature, data, weight)
-            sure = profiled(problem, solution.y, sure)
+            sure = profiled(problem, solution.y, sure, found.equations, scores)
         advised = advise(problem, solution.y, hessian, sure) if options.advice else None
     return FitResult(
         brdf=problem.unknowns.settled(solution.y, sure.at_bound),
@@ -164,7 +165,7 @@ def _fit(model: AbstractBRDF, data: Reflectance, loss: str, options: _Options, s
         loss=loss,
         weights=weights,
         max_theta_deg=max_theta_deg,
-        findings=tuple(findings),
+        findings=findings,
         advice=advised,
     )
 

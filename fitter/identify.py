@@ -115,5 +115,5 @@ def certainty(
         singular_values=np.sqrt(np.maximum(values[::-1], 0) / values[-1]),
         rank=int(determined.sum()),
         condition=float(np.sqrt(values[-1] / max(values[0], 1e-300))),
-        freedoms=tuple(tuple(labels[np.abs(vector) > _NAMED]) for vector in vectors[:, ~determined].T),
+        freedoms=tuple(tuple(labels[np.abs(vector) > _NAMED].tolist()) for vector in vectors[:, ~determined].T),
     )

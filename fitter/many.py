@@ -12,12 +12,15 @@ Processes are spawned: a script that calls this guards its own start with `if __
 from __future__ import annotations
 
 import concurrent.futures
+import contextlib
 import dataclasses
 import json
 import multiprocessing
 import os
 import pathlib
-from collections.abc import Iterator, Mapping, Sequence
+import signal
+import threading
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
@@ -28,6 +31,7 @@ from .formats import split_member
 
 # What a job's provenance says of how it was fitted; a material with another one is not its result.
 _KEY = "fit_options"
+_CONVERGED = "converged"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -142,34 +146,46 @@ def _run(jobs: Sequence[_Job], workers: int, cache: str | None) -> Iterator[Outc
             open_jobs.append(job)
         else:
             yield kept
-    while open_jobs:
-        left: list[_Job] = []
-        # A process that dies breaks its pool: those that had not begun go to the next one.
-        with concurrent.futures.ProcessPoolExecutor(
-            min(workers, len(open_jobs)), multiprocessing.get_context("spawn"), _begin, (cache, workers > 1)
-        ) as pool:
-            futures = {pool.submit(_fit_one, job): job for job in open_jobs}
-            try:
-                for future in concurrent.futures.as_completed(futures):
-                    try:
-                        yield future.result()
-                    except BrokenProcessPool:
-                        left.append(futures[future])
-            finally:
-                pool.shutdown(wait=False, cancel_futures=True)
-        if len(left) == len(open_jobs):
-            # No job of this round ended: the first one is taken for the culprit.
-            lost = left.pop(0)
-            yield Outcome(
-                lost.source,
-                lost.name,
-                None,
-                "failed",
-                {},
-                "Its process died: it may need more memory than there is.",
-                0.0,
-            )
-        open_jobs = left
+    suspects: list[_Job] = []
+    while open_jobs or suspects:
+        # What may have killed its process runs alone: nothing else is lost with it, and it has all memory.
+        alone, suspects = suspects[:1], suspects[1:]
+        left = yield from _side_by_side(alone or open_jobs, workers, cache)
+        if not alone:
+            # Jobs begin in order: those that were under way, or about to be, are the first ones left.
+            suspects, open_jobs = left[: workers + 1], left[workers + 1 :]
+        elif left:
+            sentence = "Its process died: it may need more memory than there is."
+            yield Outcome(left[0].source, left[0].name, None, "failed", {}, sentence, 0.0)
+
+
+def _side_by_side(jobs: Sequence[_Job], workers: int, cache: str | None) -> Generator[Outcome, None, list[_Job]]:
+    """Yields outcomes as they come; returns the jobs, in order, that had none when a process died."""
+    lost: set[str] = set()
+    context = multiprocessing.get_context("spawn")
+    # Its processes read from one end, and end themselves when the other is closed, by us or by our death.
+    watched, held = context.Pipe(duplex=False)
+    with (
+        watched,
+        held,
+        concurrent.futures.ProcessPoolExecutor(
+            min(workers, len(jobs)), context, _begin, (cache, workers > 1, watched)
+        ) as pool,
+    ):
+        try:
+            futures = {pool.submit(_fit_one, job): job for job in jobs}
+            for future in concurrent.futures.as_completed(futures):
+                try:
+                    yield future.result()
+                except BrokenProcessPool:
+                    # A process that dies breaks its pool, and all that had not ended ends with it.
+                    lost.add(futures[future].path)
+        except BaseException:
+            # Interrupted, or nobody asks for the rest: what is being fitted is not waited for.
+            held.close()
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return [job for job in jobs if job.path in lost]
 
 
 def _kept(job: _Job) -> Outcome | None:
@@ -184,13 +200,17 @@ def _kept(job: _Job) -> Outcome | None:
     if provenance.get(_KEY) != job.key:
         sentence = f"{job.path} exists and was made with other options. Use --force to replace it."
         return Outcome(job.source, job.name, None, "failed", {}, sentence, 0.0)
+    kind = "kept" if provenance.get(_CONVERGED) else "not converged"
     status = str(provenance.get("status", ""))
-    return Outcome(job.source, job.name, job.path, "kept", provenance.get("errors", {}), status, 0.0)
+    return Outcome(job.source, job.name, job.path, kind, provenance.get("errors", {}), status, 0.0)
 
 
-def _begin(cache: str | None, alone: bool) -> None:
-    """Prepares a process: its own core, and the common cache."""
-    if alone and hasattr(os, "sched_setaffinity"):
+def _begin(cache: str | None, pinned: bool, watched: Any) -> None:
+    """Prepares a process: it ends when its parent wants it to, and has its own core and the common cache."""
+    # An interrupt from the keyboard reaches all processes at once; the parent alone answers.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(watched,), daemon=True).start()
+    if pinned and hasattr(os, "sched_setaffinity"):
         cores = sorted(os.sched_getaffinity(0))
         place = multiprocessing.current_process()._identity[-1] - 1
         os.sched_setaffinity(0, {cores[place % len(cores)]})
@@ -198,6 +218,12 @@ def _begin(cache: str | None, alone: bool) -> None:
         import jax
 
         jax.config.update("jax_compilation_cache_dir", cache)
+
+
+def _end_with(watched: Any) -> None:
+    with contextlib.suppress(EOFError, OSError):
+        watched.recv_bytes()
+    os._exit(1)
 
 
 def _fit_one(job: _Job) -> Outcome:
@@ -221,7 +247,7 @@ def _fit_one(job: _Job) -> Outcome:
             result = select(data, models, **job.options).result
         else:
             result = fit(job.model, data, **job.options)
-        material = Material(result.brdf, {**result.material.provenance, _KEY: job.key})
+        material = Material(result.brdf, {**result.material.provenance, _KEY: job.key, _CONVERGED: result.converged})
         save_material(material, job.path, force=True)
     except UserError as error:
         return outcome("failed", str(error), {})

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -162,6 +161,3 @@ def _scores(
     for g, column in enumerate(columns):
         own = own + jnp.einsum("ck,cn->kn", places[:, g], column * slope)
     return own @ own.T
-
-
-assess_compiled = eqx.filter_jit(assess)

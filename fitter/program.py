@@ -10,6 +10,7 @@ A program that calls LAPACK cannot be kept (it crashes when it is loaded): the c
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import pathlib
@@ -78,7 +79,8 @@ def _load(key: str) -> Callable[..., Sequence[jax.Array]] | None:
         return serialize_executable.deserialize_and_load(*pickle.loads((folder / key).read_bytes()))
     except Exception:
         # Whatever is wrong with a kept program, compiling it anew is right.
-        (folder / key).unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            (folder / key).unlink()
         return None
 
 

@@ -80,7 +80,7 @@ def notes(result: FitResult) -> list[str]:
     found += _held(result)
     if sure.inflation > 1:
         found.append(
-            "Where the model misses the data neighbouring samples err together: standard errors and intervals come from "
+            "Where the model misses the data neighbouring samples err together. Standard errors and intervals are of "
             f"a bootstrap over incident angles, {math.sqrt(sure.inflation):.1f} times what independent samples give."
         )
     if 3 * result.samples <= result.unknowns.size:

@@ -141,10 +141,9 @@ def _layout(
     wi: np.ndarray, wo: np.ndarray, value: np.ndarray, weight: np.ndarray, scale: Array | np.ndarray
 ) -> Samples:
     def layout(array: np.ndarray, empty: float) -> Array:
-        padded = np.empty((array.shape[1], SLAB))
-        padded[:, : len(array)] = array.T
-        padded[:, len(array) :] = empty
-        return jax.device_put(np.ascontiguousarray(padded.reshape(-1, CHUNKS, CHUNK).transpose(1, 0, 2)))
+        if len(array) < SLAB:
+            array = np.concatenate([array, np.full((SLAB - len(array), array.shape[1]), empty)])
+        return jax.device_put(np.ascontiguousarray(array.reshape(CHUNKS, CHUNK, -1).transpose(0, 2, 1)))
 
     # Directions of empty places only have to be unit and above the horizon: (1, 1, 1) / sqrt(3).
     diagonal = 3**-0.5

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import math
 from collections.abc import Sequence
 
 from brdf.errors import UserError
@@ -25,19 +26,22 @@ def searched(expression: str, names: Sequence[str]) -> list[AbstractBRDF]:
     **Raises:** `UserError` for a choice that no lobe has, or more than 64 combinations.
     """
     lobes = split(build(expression))
-    known = {choice.name: choice for lobe in lobes.values() for choice in choices(lobe)}
-    names = [name.strip() for name in names]
+    # Of lobes that share a choice some may know more options of it than others.
+    known: dict[str, dict[str, None]] = {}
+    for lobe in lobes.values():
+        for choice in choices(lobe):
+            known.setdefault(choice.name, {}).update(dict.fromkeys(choice.options))
+    names = list(dict.fromkeys(name.strip() for name in names))
     for name in names:
         if name not in known:
             raise UserError(f"`{name}` is not a static choice of `{expression}`. {nearest(name, known)}")
+    count = math.prod(len(known[name]) for name in names)
+    if count > _VARIANTS_MAX:
+        raise UserError(f"{', '.join(names)} have {count} combinations, more than {_VARIANTS_MAX}. Search fewer.")
     variants = []
-    for options in itertools.product(*(known[name].options for name in names)):
+    for options in itertools.product(*(known[name] for name in names)):
         chosen = dict(zip(names, options, strict=True))
         variants.append(combine({name: _with(lobe, chosen) for name, lobe in lobes.items()}))
-    if len(variants) > _VARIANTS_MAX:
-        raise UserError(
-            f"{', '.join(names)} have {len(variants)} combinations, more than {_VARIANTS_MAX}. Search fewer."
-        )
     return variants
 
 

@@ -34,7 +34,7 @@ _SAME = 1e-6
 _IDLE = 1e-9
 # A step that would lower the cost by a smaller share is not assessed: it moves no parameter by a hundredth of its
 # standard error. On a part of the samples that share stays below what the other samples will change.
-_RTOL, _RTOL_COARSE, _RTOL_ALL = 1e-10, 1e-6, 1e-7
+_RTOL, _RTOL_COARSE, _RTOL_ALL = 1e-10, 1e-6, 1e-6
 # Mean square of the residuals that counts as an exact fit: rounding of float64 values up to log(1 + 1e4).
 _EXACT = 1e-29
 
@@ -71,7 +71,7 @@ def solve(problem: Problem, start: Any, say: Callable[[str], None]) -> Solution:
         atol=atol,
         curvature=_scaled(coarse, arranged.subset.count / min(_COARSE, arranged.subset.count)),
     )
-    steps = found.steps
+    steps = coarse.steps + found.steps
     if len(arranged.slabs) > 1:
         say(f"fitting all samples, {sum(slab.count for slab in arranged.slabs)} thousand")
         found = minimise(
@@ -83,7 +83,7 @@ def solve(problem: Problem, start: Any, say: Callable[[str], None]) -> Solution:
             atol=atol / arranged.share,
             curvature=_scaled(found, 1 / arranged.share),
         )
-        steps = found.steps
+        steps += found.steps
     y = sort_lobes(found.y, interchangeable(problem.unknowns))
     # The products of single samples' gradients are a sample statistic: the subset tells them well enough.
     last = problem.assess(y, scores=True)
@@ -159,7 +159,7 @@ def _given(unknowns: Unknowns, start: Mapping[str, Any]) -> dict[int, float]:
     given: dict[int, float] = {}
     labels = [unknown.label for unknown in unknowns.free]
     for key, value in start.items():
-        found = [u for u in unknowns.free if key in (u.label, u.parameter.name)]
+        found = [u for u in unknowns.free if any(key in (name, f"{lobe}.{name}") for lobe, name in u.places)]
         if len(found) != 1:
             raise UserError(f"`{key}` is not one free parameter here. {nearest(key, labels)}")
         unknown = found[0]

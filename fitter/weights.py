@@ -45,15 +45,24 @@ def weights(data: Reflectance, kind: str, loss: Loss) -> Float[np.ndarray, "n _"
         )
     cell = np.ones(data.grid.shape)
     for place, (name, axis) in enumerate(data.grid.axes.items()):
-        # Half a step at either end, so that a cell at the pole has a part of its own.
-        edges = np.concatenate([axis[:1], 0.5 * (axis[1:] + axis[:-1]), axis[-1:]])
-        step = np.diff(edges) if len(axis) > 1 else np.ones(1)
-        middle = 0.5 * (edges[1:] + edges[:-1]) if len(axis) > 1 else axis
-        factor = step * (np.sin(middle) if name.startswith("theta") else 1.0)
+        is_polar = name.startswith("theta")
+        edges = _edges(axis)
+        if is_polar:
+            edges = np.clip(edges, 0, np.pi / 2)
+        middle = 0.5 * (edges[1:] + edges[:-1])
+        factor = np.diff(edges) * (np.sin(middle) if is_polar else 1.0)
         if kind == "solid_angle" and name == "theta_d":
             factor = factor * 4 * np.cos(middle)
         cell = cell * factor.reshape([-1 if axis_ == place else 1 for axis_ in range(cell.ndim)])
     return own * np.maximum(cell.ravel()[data.grid.index], 0.0)[:, None]
+
+
+def _edges(axis: Float[np.ndarray, " m"]) -> Float[np.ndarray, " _"]:
+    """Where the cells of an axis end: half-way between neighbours, and as far beyond the first and the last."""
+    if len(axis) == 1:
+        return np.array([axis[0] - 0.5, axis[0] + 0.5])
+    middle = 0.5 * (axis[1:] + axis[:-1])
+    return np.concatenate([[2 * axis[0] - middle[0]], middle, [2 * axis[-1] - middle[-1]]])
 
 
 def _precision(data: Reflectance, loss: Loss) -> Float[np.ndarray, "n _"]:

@@ -36,6 +36,8 @@ from ..sampling import Proposals, SpecularLobe
 
 # What widens or narrows the highlight stops at 89.4 degrees: its height, times the visibility, would leave float32.
 _COS_D_MIN = 1e-2
+# No highlight gets narrower than that of the smallest slope, at any angle: its derivatives would leave float32 too.
+_INVERSE_MAX = 1e8
 # 1 - cos(theta_d) below which the rise of the reflectance is zero, to the precision of its smallest power.
 _VERSINE_MIN = 1e-18
 
@@ -73,7 +75,7 @@ class GeneralGTR(AbstractBRDF):
     def _inverse(self, cos_d: Scalar) -> Scalar:
         """`1 / alpha_d^2 - 1`, the inverse square of the width at this angle."""
         at_normal = (1 - self.alpha) * (1 + self.alpha) / self.alpha / self.alpha
-        return at_normal * jnp.exp(2 * self.spread * jnp.log(jnp.maximum(cos_d, _COS_D_MIN)))
+        return jnp.minimum(at_normal * jnp.exp(2 * self.spread * jnp.log(jnp.maximum(cos_d, _COS_D_MIN))), _INVERSE_MAX)
 
     def _fresnel(self, cos_d: Scalar, one_minus_cos_d: Scalar) -> Color:
         # -log of the rise: from the cosine where the rise is near 1, so that 1 - rise keeps its digits.

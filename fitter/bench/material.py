@@ -93,9 +93,14 @@ def slice_values(table: Reflectance) -> np.ndarray:
     return full[:, :, full.shape[2] // 2].swapaxes(0, 1)
 
 
+def slices_path(count: int, folder: str | os.PathLike[str]) -> pathlib.Path:
+    """Where `slices` keeps its materials."""
+    return pathlib.Path(folder) / f"slices_{count}.npz"
+
+
 def slices(count: int, folder: str | os.PathLike[str]) -> list[Reflectance]:
     """Slices of 90 x 90 cells of `count` different materials, read back from one `.npz`."""
-    path = pathlib.Path(folder) / f"slices_{count}.npz"
+    path = slices_path(count, folder)
     size = (merl.SIZE[0], merl.SIZE[1], 2)
     members = {f"m{i}": slice_values(read(table("paint", size, folder, i + 1))) for i in range(count)}
     np.savez(path, allow_pickle=False, **members)

@@ -10,13 +10,16 @@
 
 // What widens or narrows the highlight stops at 89.4 degrees: its height, times the visibility, would leave float32.
 const float GENERAL_GTR_COS_D_MIN = 1e-2;
+// No highlight gets narrower than that of the smallest slope, at any angle: its derivatives would leave float32 too.
+const float GENERAL_GTR_INVERSE_MAX = 1e8;
 // 1 - cos(theta_d) below which the rise of the reflectance is zero, to the precision of its smallest power.
 const float GENERAL_GTR_VERSINE_MIN = 1e-18;
 
 // 1 / alpha_d^2 - 1, the inverse square of the width at this angle.
 float general_gtr_inverse(general_gtr_params m, float cos_d) {
     float at_normal = (1.0 - m.alpha) * (1.0 + m.alpha) / m.alpha / m.alpha;
-    return at_normal * exp_accurate(2.0 * m.spread * log_accurate(max(cos_d, GENERAL_GTR_COS_D_MIN)), 0.0);
+    float widening = exp_accurate(2.0 * m.spread * log_accurate(max(cos_d, GENERAL_GTR_COS_D_MIN)), 0.0);
+    return min(at_normal * widening, GENERAL_GTR_INVERSE_MAX);
 }
 
 vec3 general_gtr_fresnel(general_gtr_params m, float cos_d, float one_minus_cos_d) {
