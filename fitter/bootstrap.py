@@ -61,17 +61,22 @@ def assess_blocks(problem: Problem, y: Float[np.ndarray, " k"], data: Reflectanc
 
 
 def inflation(blocks: Blocks, scores: Float[np.ndarray, "k k"], free: np.ndarray) -> float:
-    """How much more the solution scatters by blocks than by independent samples, on average over its directions.
+    """How much more the solution scatters by blocks than by independent samples: the ratio of the variances, its mean
+    over the free elements.
 
     With independent samples the sum over blocks of the outer product of their gradients has the mean of `scores`.
     """
-    total = np.einsum("bi,bj->ij", *2 * [blocks.gradients[:, free] - blocks.gradients[:, free].mean(axis=0)])
-    scores = scores[np.ix_(free, free)]
-    root = np.sqrt(np.maximum(np.diagonal(scores), np.finfo(float).tiny))
-    scaled = scores / root[:, None] / root[None, :]
-    return float(
-        np.trace(np.linalg.pinv(scaled, rcond=1e-8, hermitian=True) @ (total / np.outer(root, root))) / free.size
+    gradients = blocks.gradients[:, free] - blocks.gradients[:, free].mean(axis=0)
+    place = np.ix_(free, free)
+    hessian = blocks.hessians.sum(axis=0)[place]
+    root = np.sqrt(np.maximum(np.diagonal(hessian), np.finfo(float).tiny))
+    scale = np.outer(root, root)
+    # Directions in the space of the solution: what hardly moves it must not count, however it scatters by itself.
+    inverse = np.linalg.pinv(hessian / scale, rcond=1e-10, hermitian=True)
+    by_blocks, by_samples = (
+        np.diagonal(inverse @ (part / scale) @ inverse) for part in (gradients.T @ gradients, scores[place])
     )
+    return float(np.mean(by_blocks / np.maximum(by_samples, np.finfo(float).tiny)))
 
 
 def bootstrapped(

@@ -13,9 +13,9 @@ from brdf.material import Material
 from brdf.model import AbstractBRDF
 
 from .advice import Advice
-from .finding import Finding
 from .identify import Certainty
 from .judge import Judgement, judge
+from .quality import Finding
 from .reflectance import Reflectance
 from .report import CORRELATION_SHOWN, notes, report
 from .unknowns import Unknowns

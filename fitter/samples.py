@@ -85,8 +85,8 @@ def arrange(data: Reflectance, loss: Loss, weight: Float[np.ndarray, "n _"]) -> 
         rows = rng.permutation(count)
     else:
         # One sample at random from each of as many equal parts of the file: no part of the angles is missed.
-        edges = np.linspace(0, count, SLAB + 1)
-        rows = rng.permutation(np.minimum((edges[:-1] + rng.random(SLAB) * np.diff(edges)).astype(int), count - 1))
+        edges = np.linspace(0, count, SLAB + 1).astype(int)
+        rows = rng.permutation(edges[:-1] + (rng.random(SLAB) * np.diff(edges)).astype(int))
     scale = _scale(data, loss, rows[: 8 * CHUNK])
     subset = _slab(data, weight, rows, scale)
     if count <= SLAB:

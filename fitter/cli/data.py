@@ -41,7 +41,7 @@ def list_(pattern: str, output: str | None, as_json: bool) -> None:
 
     from brdf.errors import UserError
 
-    from ..datasets import catalogue, data_folder, matching
+    from ..datasets.catalogue import catalogue, data_folder, matching
 
     folder = data_folder(output)
     facts = [_facts(entry, folder) for entry in matching(pattern)]
@@ -79,8 +79,8 @@ def get(names: tuple[str, ...], output: str | None, base_url: str | None, force:
     Example:
       brdf data get chrome chm_mint
     """
-    from ..datasets import data_folder, find
-    from ..download import MIRROR_VARIABLE, fetch
+    from ..datasets.catalogue import data_folder, find
+    from ..datasets.download import MIRROR_VARIABLE, fetch
 
     folder = data_folder(output)
     mirror = base_url or os.environ.get(MIRROR_VARIABLE)

@@ -18,7 +18,7 @@ from data_server import DataServer
 import brdf
 import fitter
 from brdf.material import from_dict, save_material
-from fitter.datasets import find
+from fitter.datasets.catalogue import find
 
 BRDF = pathlib.Path(sys.executable).parent / "brdf"
 # The catalogue knows the length of a MERL table and of no RGL file: a small one passes for that.

@@ -16,8 +16,8 @@ from data_server import DataServer
 
 from brdf.errors import FileError, UserError
 from fitter import datasets
-from fitter.datasets import catalogue, data_folder, find, matching
-from fitter.download import fetch
+from fitter.datasets.catalogue import catalogue, data_folder, find, matching
+from fitter.datasets.download import fetch
 
 MERL = find("chrome")
 CONTENT = MERL.magic + bytes(range(256)) * 800
@@ -64,7 +64,7 @@ def test_every_entry_is_complete_and_every_checksum_belongs_to_one():
         assert entry.notice
         kind, _, digest = (entry.checksum or "sha256:" + "0" * 64).partition(":")
         assert len(bytes.fromhex(digest)) == hashlib.new(kind).digest_size
-    listed = tomllib.loads(pathlib.Path(datasets.__file__).with_suffix(".toml").read_text())
+    listed = tomllib.loads((pathlib.Path(datasets.__file__).parent / "datasets.toml").read_text())
     assert set(listed["rgl"]["checksums"]) <= set(files)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from .reflectance import Reflectance
+from ..reflectance import Reflectance
 
 
 @dataclasses.dataclass(frozen=True)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..reflectance import Reflectance
 from .finding import Finding, found
-from .reflectance import Reflectance
 
 # Angles that differ by less are the same; instruments repeat theirs to a tenth of a degree or so.
 _SAME_DEG = 0.5

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Protocol, cast, runtime_checkable
 from brdf.atomic import atomic_path
 from brdf.errors import FileError
 
-from .datasets import DataSet, catalogue
+from .catalogue import DataSet, catalogue
 
 if TYPE_CHECKING:
     import requests

@@ -13,10 +13,10 @@ import numpy as np
 
 from brdf.errors import UserError
 
+from ..reflectance import Reflectance
 from .coverage import gaps
 from .finding import Finding, found
 from .pairs import not_reciprocal, repeated
-from .reflectance import Reflectance
 from .scatter import scatter
 
 # Statistics are taken of about this many samples, evenly spaced: more would not change the sentence.
@@ -47,7 +47,8 @@ def inspect(data: Reflectance) -> list[Finding]:
     - `data`: any measurement, as read: before grazing angles are cut off.
 
     **Returns:** what was found, the gravest first; nothing for clean and complete data. Names: `radians`, `scale`,
-    `cosine`, `saturated`, `not reciprocal`, `grazing`, `clamped`, `repeated`, and those of `fitter.coverage.gaps`.
+    `cosine`, `saturated`, `not reciprocal`, `grazing`, `clamped`, `repeated`, and those of
+    `fitter.quality.coverage.gaps`.
     """
     if (radians := _radians(data)) is not None:
         return [radians, *(finding for finding in (_clamped(data),) if finding)]  # no direction means anything

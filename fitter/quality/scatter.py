@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .reflectance import Reflectance
+from ..reflectance import Reflectance
 
 _LOOKED_AT = 40_000
 _BLOCK = 1024

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..reflectance import Reflectance
 from .finding import Finding, found
-from .reflectance import Reflectance
 from .scatter import scatter
 
 _RECIPROCITY_MIN = 0.05

@@ -1,0 +1,1 @@
+"""Public measurements: the catalogue of them, and how they get here."""
