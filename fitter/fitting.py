@@ -31,8 +31,8 @@ from .reflectance import Reflectance
 from .result import FitResult
 from .samples import arrange
 from .solve import solve
-from .unknowns import Wishes, choose
 from .weights import weights as weights_of
+from .wishes import Wishes, choose
 
 ADAPTIVE = "adaptive"
 # Compressions from the darkest to the brightest emphasis.

@@ -11,6 +11,7 @@ It owns no loop: `fitter.minimise` drives it from the host, where the equations 
 
 - Marquardt 1963, "An Algorithm for Least-Squares Estimation of Nonlinear Parameters".
 - Nielsen 1999, "Damping Parameter in Marquardt's Method" (the update of the damping).
+- Nocedal, Wright 2006, "Numerical Optimization" (active set of a bounded quadratic).
 - Dennis, Gay, Welsch 1981, "An Adaptive Nonlinear Least-Squares Algorithm" (curvature from the change of gradients).
 - Kanzow, Yamashita, Fukushima 2004, "Levenberg-Marquardt methods with strong local convergence properties for solving
   nonlinear equations with convex constraints" (projection).
@@ -38,12 +39,15 @@ _DAMPING_FULL = 0.1
 _DAMPING_MAX = 1e12
 _DAMPING_MIN = 1e-12
 _SHRINK_MIN = 0.02
+_SHRINK_AFTER = 0.5
 # A rank-one update whose denominator is a smaller share than this of its factors is skipped as unsafe.
 _PRODUCT_MIN = 1e-8
 # A matrix whose smallest pivot, scaled, is below this is not used for a Newton step.
 _PIVOT_MIN = 1e-10
-# Rounds of solving and putting on a bound what a step would carry past it.
+# Rounds of the search for the elements that a step puts on their bounds, per element.
 _ROUNDS = 3
+# A slope below this share of the largest does not pull an element from its bound.
+_PULL_MIN = 1e-12
 # A diagonal element below this share of the largest one counts as zero when steps are scaled by the diagonal.
 _DIAGONAL_MIN = 1e-14
 
@@ -148,7 +152,8 @@ def advance(
     accepted = (actual > 0) & is_good
     taken = accepted & ~is_first
     ratio = actual / jnp.maximum(state.decrease, jnp.finfo(y.dtype).tiny)
-    shrink = jnp.clip(1 - (2 * ratio - 1) ** 3, _SHRINK_MIN, 2.0)
+    # Damping that has just had to rise must not fall at once below what was refused.
+    shrink = jnp.clip(1 - (2 * ratio - 1) ** 3, jnp.where(state.growth > 2, _SHRINK_AFTER, _SHRINK_MIN), 2.0)
     lowered = jnp.maximum(state.damping * shrink, _DAMPING_MIN)
     damping = jnp.where(taken, lowered, jnp.where(is_first, state.damping, state.damping * state.growth))
     equations = jax.tree.map(lambda a, b: jnp.where(accepted, a, b), trial, old)
@@ -222,33 +227,42 @@ def bounded_step(
     upper: Vector,
     damping: Scalar,
 ) -> tuple[Vector, Scalar]:
-    """A damped Gauss-Newton step that stays inside the bounds, and the decrease of cost that it predicts.
+    """The damped Gauss-Newton step that is best inside the bounds, and the decrease of cost that it predicts.
 
-    Elements at a bound whose gradient points outwards stay; those that the step would carry past a bound are put on it
-    and the others solved again.
+    An active set (Nocedal, Wright 2006): it walks to the first bound in the way and holds that element,
+    and when nothing is in the way lets go of the held element whose slope most wants to leave its bound.
     """
     gradient, hessian = equations.gradient, equations.hessian
     diagonal = jnp.diagonal(hessian)
     scale = jnp.maximum(diagonal, _DIAGONAL_MIN * jnp.max(diagonal) + jnp.finfo(y.dtype).tiny)
+    damped = hessian + jnp.diag(damping * scale)
+    root = jnp.sqrt(scale)
+    low, high, fixed = lower - y, upper - y, lower >= upper
 
-    def solve(_: Array, state: tuple[Array, Array]) -> tuple[Array, Array]:
-        held, delta = state
-        right = jnp.where(held, delta, -gradient - hessian @ jnp.where(held, delta, 0.0))
+    def walk(state: tuple[Array, Array, Array, Array]) -> tuple[Array, Array, Array, Array]:
+        held, delta, rounds, _ = state
         free = ~held
-        matrix = jnp.where(free[:, None] & free[None, :], hessian, 0.0)
-        matrix = matrix + jnp.diag(jnp.where(free, damping * scale, 1.0))
-        delta = solve_positive(matrix, right)
-        outside = (y + delta < lower) | (y + delta > upper)
-        return held | outside, jnp.clip(y + delta, lower, upper) - y
+        slope = gradient + damped @ delta
+        matrix = jnp.where(free[:, None] & free[None, :], damped, jnp.diag(scale))
+        step = solve_positive(matrix, jnp.where(free, -slope, 0.0))
+        end = jnp.where(step > 0, high, low)
+        room = jnp.where(free & (step != 0), (end - delta) / jnp.where(step == 0, 1.0, step), jnp.inf)
+        first = jnp.argmin(room)
+        is_blocked = room[first] < 1
+        delta = jnp.clip(jnp.where(is_blocked, delta + room[first] * step, delta + step), low, high)
+        delta = jnp.where(is_blocked & (jnp.arange(y.size) == first), end, delta)
+        slope = (gradient + damped @ delta) / root
+        pull = jnp.where(held & ~fixed, jnp.where(delta <= low, -slope, slope), 0.0)
+        worst = jnp.argmax(pull)
+        is_pulled = ~is_blocked & (pull[worst] > _PULL_MIN * jnp.linalg.norm(gradient / root))
+        change = jnp.where(is_blocked, first, worst)
+        held = jnp.where((jnp.arange(y.size) == change) & (is_blocked | is_pulled), is_blocked, held)
+        return held, delta, rounds + 1, is_blocked | is_pulled
 
-    held = ((y <= lower) & (gradient > 0)) | ((y >= upper) & (gradient < 0)) | (lower >= upper)
-    held, delta = jax.lax.fori_loop(0, _ROUNDS, solve, (held, jnp.zeros_like(y)))
-    decrease = _decrease(equations, delta)
-    # Cutting can spoil a step. A projected gradient step, scaled by the diagonal and shorter than 1 / k, never goes
-    # uphill, since no eigenvalue of a k x k matrix with unit diagonal exceeds k.
-    safe = jnp.clip(y - gradient / ((y.size + damping) * scale), lower, upper) - y
-    use = decrease > 0
-    return jnp.where(use, delta, safe), jnp.where(use, decrease, _decrease(equations, safe))
+    held = ((y <= lower) & (gradient > 0)) | ((y >= upper) & (gradient < 0)) | fixed
+    start = held, jnp.zeros_like(y), jnp.zeros((), jnp.int32), jnp.ones((), bool)
+    delta = jax.lax.while_loop(lambda state: state[3] & (state[2] < _ROUNDS * y.size), walk, start)[1]
+    return delta, _decrease(equations, delta)
 
 
 def _decrease(equations: NormalEquations, delta: Vector) -> Scalar:

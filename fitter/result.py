@@ -29,7 +29,7 @@ class FitResult:
     - `initial`: the model at the start that was chosen.
     - `unknowns`, `certainty`: what was free, and standard errors and correlations of it.
     - `errors`: `log_mae` and `log_rms`, the unweighted mean absolute and root mean square of
-      |log(1 + f cos_i) - log(1 + y cos_i)| over the samples used; `cost`, half the sum of squared residuals.
+      |log(1 + f cos_i) - log(1 + y cos_i)| over the samples used; `cost`, what the loss adds up to.
     - `converged`, `status`, `steps`: how the solver ended, as a sentence, and after how many steps.
     - `passes`: what the fit cost, in passes over all samples.
     - `seconds`: wall time of the whole fit, compilation included.

@@ -7,6 +7,7 @@ measurement is passed over about three times, whatever the number of steps.
 from __future__ import annotations
 
 import dataclasses
+import math
 import os
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -22,13 +23,16 @@ from brdf.registry import expression_of, nearest
 from .minimise import Minimum, Problem, minimise
 from .normal import Assessment
 from .samples import CHUNK
-from .start import candidates, interchangeable, scan, sort_lobes
+from .start import candidates, elsewhere, interchangeable, near, scan, sort_lobes
 from .unknowns import Unknowns
 
 # Chunks, a random part of the samples, on which starts are refined; the best one goes on to all.
 _COARSE = 4
-# Starts are refined until the lowest cost has been found twice, at least and at most so many.
-_STARTS_MIN, _STARTS_MAX = 2, 6
+# Starts that are not near each other are refined until the lowest cost has been found again once for each shape
+# parameter, or so often, and at most so many of them.
+_REPEATED_MAX, _STARTS_MAX = 3, 16
+# Steps after which a start must have come within this factor of the lowest cost, and steps that it then gets.
+_TRIAL_STEPS, _PROMISING, _MORE_STEPS = 25, 2.0, 60
 _SAME = 1e-6
 # Candidates whose costs differ by a smaller share than this are one: rounding, as of an azimuth without anisotropy.
 _IDLE = 1e-9
@@ -172,24 +176,56 @@ def _coarse(starts: list[tuple[Problem, np.ndarray]]) -> tuple[tuple[Problem, Mi
     """The best minimum on a few chunks, and where it started."""
     best: tuple[Problem, Minimum] | None = None
     origin = starts[0][1]
-    for tried, (problem, y) in enumerate(starts[:_STARTS_MAX]):
-        count = min(_COARSE, problem.arranged.subset.count)
-        atol = _EXACT * count * CHUNK
-        found = minimise(
-            lambda y, problem=problem, count=count: problem.assess(y, count=count),
+    scalars = sum(unknown.parameter.kind == "scalar" for unknown in starts[0][0].unknowns.free)
+    enough, repeated = min(max(scalars, 1), _REPEATED_MAX), 0
+    tried: list[tuple[Problem, np.ndarray]] = []
+    for problem, y in starts:
+        if any(problem is other and near(problem.unknowns, y, before) for other, before in tried):
+            continue
+        tried.append((problem, y))
+        lowest = math.inf if best is None else best[1].cost
+        found = _refined(problem, y, lowest)
+        if _exact(problem) < found.cost < lowest * (1 - _SAME):
+            others = [_refined(problem, other, found.cost) for other in elsewhere(problem.unknowns, found.y)]
+            found = min([found, *others], key=lambda one: one.cost)
+        if abs(found.cost - lowest) <= _SAME * lowest:
+            repeated += 1
+        elif found.cost < lowest:
+            repeated = 0
+        if best is None or found.cost < lowest:
+            best, origin = (problem, found), y
+        if found.cost <= _exact(problem) or repeated >= enough or len(tried) >= _STARTS_MAX:
+            break
+    assert best is not None
+    return best, origin
+
+
+def _exact(problem: Problem) -> float:
+    """The cost on a few chunks that counts as none."""
+    return _EXACT * min(_COARSE, problem.arranged.subset.count) * CHUNK
+
+
+def _refined(problem: Problem, y: np.ndarray, lowest: float) -> Minimum:
+    """The minimum on a few chunks, left early unless it comes near the lowest cost of other starts."""
+    count = min(_COARSE, problem.arranged.subset.count)
+
+    def descend(y: np.ndarray, steps: int, earlier: Minimum | None = None) -> Minimum:
+        return minimise(
+            lambda y: problem.assess(y, count=count),
             y,
             problem.lower,
             problem.upper,
             rtol=_RTOL_COARSE,
-            atol=atol,
+            atol=_exact(problem),
+            max_steps=steps,
+            curvature=None if earlier is None else earlier.curvature,
+            damping=None if earlier is None else float(earlier.state.damping),
         )
-        is_same = best is not None and abs(found.cost - best[1].cost) <= _SAME * best[1].cost
-        if best is None or found.cost < best[1].cost:
-            best, origin = (problem, found), y
-        if found.cost <= atol or (is_same and tried + 1 >= _STARTS_MIN):
-            break
-    assert best is not None
-    return best, origin
+
+    found = descend(y, _TRIAL_STEPS)
+    if found.state.done or found.state.failed or found.state.stuck or found.cost > _PROMISING * lowest:
+        return found
+    return descend(found.y, _MORE_STEPS, found)
 
 
 def _status(found: Minimum, steps: int) -> tuple[bool, str]:

@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from jaxtyping import Float
 
+from brdf.parameter import Parameter, parameters
 from brdf.parameter import choices as choices_of
-from brdf.parameter import parameters
 from brdf.registry import name_of, split
 
 from .minimise import Problem, minimise
@@ -26,13 +26,21 @@ from .unknowns import Unknown, Unknowns
 
 # Steps for the colours of a candidate. A few are enough to rank it.
 _STEPS = 4
+# The same where parameters that are not linear are solved for with them.
+_STEPS_BENT = 6
 # A colour step that would lower the cost by a smaller share changes no rank.
 _RTOL = 1e-3
-# Up to this many combinations of shape parameters are enumerated.
-_ENUMERATED_MAX = 20_000
-# Most combinations of shape parameters that are tried; of more, a random choice.
-_COMBINATIONS_MAX = 400
+# About the most combinations of shape parameters that are tried.
+_COMBINATIONS_MAX = 160
+# Candidates whose parameters of a single start are drawn at random.
+_DRAWN = 48
 _SEED = 19730401
+# A little anisotropy, as a share of the most.
+_SOME = 0.2
+# The factor by which the slopes of a divided lobe go apart.
+_APART = 1.7
+# Slopes whose ratio is smaller, or other shapes that differ by a smaller share of their range, are near.
+_NEAR_FACTOR, _NEAR_SHARE = 1.5, 0.1
 
 
 def candidates(unknowns: Unknowns, given: Mapping[int, float] | None = None) -> Float[np.ndarray, "m k"]:
@@ -44,45 +52,69 @@ def candidates(unknowns: Unknowns, given: Mapping[int, float] | None = None) -> 
 
     **Returns:**
 
-    At most 400 rows. Of interchangeable lobes the first has the smallest slope.
+    At most 400 rows, and some more where a shape parameter declares but one start: in these it is drawn at random. Of
+    interchangeable lobes the first has the smallest slope.
     """
     given = dict(given or {})
     shapes = [u for u in unknowns.free if u.parameter.kind == "scalar" and u.offset not in given]
-    choices = [u.parameter.starts for u in shapes]
-    total = math.prod(map(len, choices))
-    if total <= _ENUMERATED_MAX:
-        combinations = itertools.product(*choices)
-    else:
-        rng = np.random.default_rng(_SEED)
-        combinations = (tuple(rng.choice(starts) for starts in choices) for _ in range(4 * _COMBINATIONS_MAX))
     groups = interchangeable(unknowns)
     lower, upper = unknowns.bounds()
     middle = 0.5 * (lower + upper)
     middle[list(given)] = list(given.values())
     rows: dict[tuple[float, ...], None] = {}
-    for values in combinations:
+    for values in itertools.product(*_thinned([_starts(u.parameter) for u in shapes], groups)):
         row = middle.copy()
         for unknown, value in zip(shapes, values, strict=True):
             row[unknown.offset] = unknown.inward(value)
         rows[tuple(sort_lobes(row, groups))] = None
-    distinct = np.array([row for row in rows if not _repeats(np.array(row), groups)] or list(rows))
-    if len(distinct) > _COMBINATIONS_MAX:
-        kept = np.random.default_rng(_SEED).choice(len(distinct), _COMBINATIONS_MAX, replace=False)
-        distinct = distinct[np.sort(kept)]
-    return distinct
+    distinct = [np.array(row) for row in rows]
+    distinct = np.array([row for row in distinct if not _repeats(row, groups)] or distinct)
+    single = [u.offset for u in shapes if len(u.parameter.starts) == 1]
+    if not single:
+        return distinct
+    rng = np.random.default_rng(_SEED)
+    drawn = np.resize(rng.permutation(distinct), (_DRAWN, len(middle)))
+    loose = [u.offset for u in shapes if not u.parameter.slope]
+    drawn[:, loose] = rng.uniform(lower[loose], upper[loose], (_DRAWN, len(loose)))
+    return np.concatenate([distinct, drawn])
+
+
+def _starts(parameter: Parameter) -> tuple[float, ...]:
+    """The declared starts; those of a slope go on down to its lower bound by factors of two."""
+    if not parameter.slope:
+        return parameter.starts
+    lowest = parameter.starts[0]
+    below = [lowest / 2**n for n in range(1, 1 + int(math.log2(lowest / parameter.lower)))]
+    return (*reversed(below), *parameter.starts)
+
+
+def _thinned(choices: Sequence[Sequence[float]], groups: list[Group]) -> list[Sequence[float]]:
+    """Evenly fewer values of each, so that there are not too many combinations."""
+    repeated = math.prod(math.factorial(len(group)) for group in groups)
+    power, counts = 1.0, [len(values) for values in choices]
+    while math.prod(counts) > _COMBINATIONS_MAX * repeated and power > 0:
+        power -= 0.02
+        counts = [max(round(len(values) ** power), 1) for values in choices]
+    # The middles of equal parts.
+    return [
+        [values[int((place + 0.5) * len(values) / count)] for place in range(count)]
+        for values, count in zip(choices, counts, strict=True)
+    ]
 
 
 def scan(problem: Problem, rows: Float[np.ndarray, "m k"]) -> tuple[Float[np.ndarray, "m k"], Float[np.ndarray, " m"]]:
-    """Solves for the colours of every candidate on the first chunk of the samples.
+    """Solves for all but the scanned shapes of every candidate on the first chunk of the samples.
 
-    **Returns:** the candidates with their colours, and their costs.
+    **Returns:** the candidates with what was solved for, and their costs.
     """
-    is_colour = np.zeros(problem.unknowns.size, bool)
-    for unknown in problem.unknowns.free:
-        is_colour[unknown.elements] = unknown.parameter.kind == "color"
+    free = problem.unknowns.free
+    solvable = np.zeros(problem.unknowns.size, bool)
+    for unknown in free:
+        solvable[unknown.elements] = unknown.parameter.kind == "color" or len(unknown.parameter.starts) == 1
+    steps = _STEPS if all(u.parameter.kind == "color" or len(u.parameter.starts) > 1 for u in free) else _STEPS_BENT
     solved, costs = rows.copy(), np.full(len(rows), np.inf)
     for place, row in enumerate(rows):
-        lower, upper = np.where(is_colour, problem.lower, row), np.where(is_colour, problem.upper, row)
+        lower, upper = np.where(solvable, problem.lower, row), np.where(solvable, problem.upper, row)
         found = minimise(
             lambda y: problem.assess(y, count=1),
             row,
@@ -90,7 +122,7 @@ def scan(problem: Problem, rows: Float[np.ndarray, "m k"]) -> tuple[Float[np.nda
             upper,
             rtol=_RTOL,
             atol=0.0,
-            max_steps=_STEPS if is_colour.any() else 1,
+            max_steps=steps if solvable.any() else 1,
         )
         if np.isfinite(found.cost):
             solved[place], costs[place] = found.y, found.cost
@@ -143,3 +175,75 @@ def _parts(lobe: list[Unknown], values: np.ndarray) -> list[np.ndarray]:
 def _repeats(y: Float[np.ndarray, " k"], groups: list[Group]) -> bool:
     """Whether two interchangeable lobes have the same slope: as a start one of them would be idle."""
     return any(len({_slope(y, lobe) for lobe in group}) < len(group) for group in groups)
+
+
+def near(unknowns: Unknowns, a: Float[np.ndarray, " k"], b: Float[np.ndarray, " k"]) -> bool:
+    """Whether two starts differ so little in their shapes that they lead to the same minimum."""
+    for u in unknowns.free:
+        if u.parameter.kind == "color":
+            continue
+        x, y = float(a[u.offset]), float(b[u.offset])
+        if u.parameter.slope:
+            if not 1 / _NEAR_FACTOR < x / y < _NEAR_FACTOR:
+                return False
+        elif abs(x - y) > _NEAR_SHARE * (u.parameter.upper - u.parameter.lower):
+            return False
+    return True
+
+
+def elsewhere(unknowns: Unknowns, y: Float[np.ndarray, " k"]) -> list[Float[np.ndarray, " k"]]:
+    """Points that a descent cannot reach from a minimum and that may lie lower.
+
+    An angle that ended at a bound is the same at the other one. An anisotropy that ended at 0 may have been pushed
+    there because the angle of its axes was half wrong, by a quarter turn. Of two specular lobes of different models
+    each may explain what the other should.
+    """
+    found = []
+    turned = y.copy()
+    for u in unknowns.free:
+        p = u.parameter
+        if not p.azimuthal or p.unit != "rad":
+            continue
+        if y[u.offset] in (p.lower, p.upper):
+            turned[u.offset] = p.lower + p.upper - y[u.offset]
+        for other in unknowns.free:
+            if other is not u and other.parameter.azimuthal and other.lobe == u.lobe and y[other.offset] == 0:
+                middle = 0.5 * (p.lower + p.upper)
+                turned[u.offset] = y[u.offset] + (middle - p.lower) * (1 if y[u.offset] < middle else -1)
+                turned[other.offset] = _SOME * other.parameter.upper
+    if not np.array_equal(turned, y):
+        found.append(turned)
+    lobes: dict[str, list[Unknown]] = {}
+    for u in unknowns.free:
+        lobes.setdefault(u.lobe, []).append(u)
+    models = split(unknowns.template)
+    for (a, own), (b, other) in itertools.combinations(lobes.items(), 2):
+        pairs = [(_slopes(lobe), [u for u in lobe if u.parameter.kind == "color"]) for lobe in (own, other)]
+        if not all(slopes and colors for slopes, colors in pairs):
+            continue
+        if name_of(models[a]) == name_of(models[b]):
+            found += [_divided(y, one, two) for one, two in ((own, other), (other, own))]
+            continue
+        swapped = y.copy()
+        for kind in (0, 1):
+            for u, v in zip(pairs[0][kind], pairs[1][kind], strict=False):
+                swapped[u.elements], swapped[v.elements] = y[v.elements], y[u.elements]
+        found.append(swapped)
+    lower, upper = unknowns.bounds()
+    return [np.clip(point, lower, upper) for point in found]
+
+
+def _divided(y: Float[np.ndarray, " k"], one: list[Unknown], two: list[Unknown]) -> Float[np.ndarray, " k"]:
+    """The same point with both of two lobes in the place of the first, one wider and one narrower."""
+    y = y.copy()
+    for u, v in zip(one, two, strict=False):
+        if u.parameter.name == v.parameter.name and u.parameter.size == v.parameter.size:
+            ours, theirs = (_APART, 1 / _APART) if u.parameter.slope else (1.0, 1.0)
+            if u.parameter.kind == "color":
+                ours = theirs = 0.5
+            y[v.elements], y[u.elements] = theirs * y[u.elements], ours * y[u.elements]
+    return y
+
+
+def _slopes(lobe: list[Unknown]) -> list[Unknown]:
+    return [u for u in lobe if u.parameter.slope]

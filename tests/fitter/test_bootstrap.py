@@ -14,7 +14,7 @@ from fitter.loss import LOSSES
 from fitter.minimise import Problem
 from fitter.reflectance import Reflectance
 from fitter.samples import arrange
-from fitter.unknowns import Wishes, choose
+from fitter.wishes import Wishes, choose
 
 
 def bent(count=1500):

@@ -129,7 +129,7 @@ def test_angles_in_radians_are_suspected():
 
 def test_many_slopes_are_sampled_and_not_enumerated():
     from fitter.start import candidates
-    from fitter.unknowns import Wishes, choose
+    from fitter.wishes import Wishes, choose
 
     rows = candidates(choose(brdf.build("ggx+ggx+ggx+beckmann+beckmann"), Wishes()))
     assert 100 < len(rows) <= 400

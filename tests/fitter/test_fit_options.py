@@ -10,7 +10,7 @@ from brdf.registry import combine, split
 from fitter.minimise import Problem
 from fitter.solve import _distinct
 from fitter.start import interchangeable, sort_lobes
-from fitter.unknowns import Wishes, choose
+from fitter.wishes import Wishes, choose
 
 DATA = noisy_in_log(plastic(), 1, 1500)
 
