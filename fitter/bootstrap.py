@@ -30,6 +30,8 @@ _SPREAD_DEG = 5.0
 _INFLATED = 3.0
 # Below this the blocks show no misfit: with independent samples their number lets the ratio scatter by a quarter.
 _SEEN = 1.75
+# Smallest eigenvalue of the scaled Hessian from which on a Newton step with all its curvature is safe.
+_STEEP = 1e-3
 
 
 @dataclasses.dataclass(frozen=True)
@@ -81,6 +83,19 @@ def inflation(blocks: Blocks, scores: Float[np.ndarray, "k k"], free: np.ndarray
     return float(np.mean(by_blocks / np.maximum(by_samples, np.finfo(float).tiny)))
 
 
+def _usable(curvature: Float[np.ndarray, "k k"] | None, blocks: Blocks, free: np.ndarray) -> np.ndarray | float:
+    """The curvature beside the Hessian, or nothing where their sum has no minimum."""
+    if curvature is None:
+        return 0.0
+    bent = curvature[np.ix_(free, free)]
+    total = blocks.hessians[:, free][:, :, free].sum(axis=0) + bent
+    diagonal = np.diagonal(total)
+    if (diagonal <= 0).any():
+        return 0.0
+    scaled = total / np.sqrt(np.outer(diagonal, diagonal))
+    return bent if np.linalg.eigvalsh(scaled)[0] > _STEEP else 0.0
+
+
 def bootstrapped(
     problem: Problem,
     y: Float[np.ndarray, " k"],
@@ -108,7 +123,7 @@ def bootstrapped(
     inflated = 1 + (seen - 1) / problem.arranged.share
     if not (seen > _SEEN and inflated > _INFLATED):
         return sure
-    bent = 0.0 if curvature is None else curvature[np.ix_(free, free)]
+    bent = _usable(curvature, blocks, free)
     gradients, hessians = blocks.gradients[:, free], blocks.hessians[:, free][:, :, free]
     # The common gradient is zero up to the last step's tolerance.
     gradients = gradients - gradients.mean(axis=0)
@@ -116,7 +131,7 @@ def bootstrapped(
     drawn = np.random.default_rng(_SEED).multinomial(count, np.full(count, 1 / count), _DRAWS).astype(float)
     hessian = np.einsum("db,bij->dij", drawn, hessians) + bent
     diagonal = np.einsum("dii->di", hessian)
-    root = np.sqrt(np.maximum(diagonal, 1e-9 * diagonal.mean(axis=0)))
+    root = np.sqrt(np.maximum(diagonal, 1e-9 * np.abs(diagonal).max(axis=0)))
     scaled = hessian / root[:, :, None] / root[:, None, :] + 1e-9 * np.eye(free.size)
     steps = -np.linalg.solve(scaled, ((drawn @ gradients) / root)[..., None])[..., 0] / root
     points = np.tile(y, (_DRAWS, 1))

@@ -259,7 +259,7 @@ def bounded_step(
         held = jnp.where((jnp.arange(y.size) == change) & (is_blocked | is_pulled), is_blocked, held)
         return held, delta, rounds + 1, is_blocked | is_pulled
 
-    held = ((y <= lower) & (gradient > 0)) | ((y >= upper) & (gradient < 0)) | fixed
+    held = jnp.asarray(((y <= lower) & (gradient > 0)) | ((y >= upper) & (gradient < 0)) | fixed)
     start = held, jnp.zeros_like(y), jnp.zeros((), jnp.int32), jnp.ones((), bool)
     delta = jax.lax.while_loop(lambda state: state[3] & (state[2] < _ROUNDS * y.size), walk, start)[1]
     return delta, _decrease(equations, delta)

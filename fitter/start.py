@@ -62,7 +62,7 @@ def candidates(unknowns: Unknowns, given: Mapping[int, float] | None = None) -> 
     middle = 0.5 * (lower + upper)
     middle[list(given)] = list(given.values())
     rows: dict[tuple[float, ...], None] = {}
-    for values in itertools.product(*_thinned([_starts(u.parameter) for u in shapes], groups)):
+    for values in itertools.product(*_thinned(shapes, groups)):
         row = middle.copy()
         for unknown, value in zip(shapes, values, strict=True):
             row[unknown.offset] = unknown.inward(value)
@@ -88,11 +88,21 @@ def _starts(parameter: Parameter) -> tuple[float, ...]:
     return (*reversed(below), *parameter.starts)
 
 
-def _thinned(choices: Sequence[Sequence[float]], groups: list[Group]) -> list[Sequence[float]]:
-    """Evenly fewer values of each, so that there are not too many combinations."""
-    repeated = math.prod(math.factorial(len(group)) for group in groups)
+def _thinned(shapes: Sequence[Unknown], groups: list[Group]) -> list[Sequence[float]]:
+    """Evenly fewer starts of each shape, so that there are not too many combinations."""
+    choices = [_starts(shape.parameter) for shape in shapes]
+    alike = [[shapes.index(u) for lobe in group for u in lobe if u.parameter.slope and u in shapes] for group in groups]
+
+    def combinations(counts: list[int]) -> float:
+        """Without those that differ by an exchange of lobes, or in which two of them have the same slope."""
+        total = float(math.prod(counts))
+        for places in alike:
+            if len({counts[place] for place in places}) == 1:
+                total *= math.comb(counts[places[0]], len(places)) / counts[places[0]] ** len(places)
+        return total
+
     power, counts = 1.0, [len(values) for values in choices]
-    while math.prod(counts) > _COMBINATIONS_MAX * repeated and power > 0:
+    while combinations(counts) > _COMBINATIONS_MAX and power > 0:
         power -= 0.02
         counts = [max(round(len(values) ** power), 1) for values in choices]
     # The middles of equal parts.
