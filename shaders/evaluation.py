@@ -10,8 +10,9 @@ from brdf.errors import UserError
 from brdf.model import AbstractBRDF
 
 from .context import check, device
-from .material_block import BINDING, glsl, pack
+from .material_block import BINDING, twin
 from .program import programs
+from .twin import FIRST_BUFFER, Twin
 
 _GROUP = 64  # local_size_x in pass/evaluate.comp
 # Pairs per dispatch: 12 MB per buffer, and far below the 65535 groups that OpenGL guarantees.
@@ -30,12 +31,12 @@ vec3 result(vec3 wi, vec3 wo) { return vec3(above_horizon(wi, wo) ? pdf_brdf(geo
 """
 
 
-def evaluate(model: AbstractBRDF, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.float32]:
+def evaluate(model: AbstractBRDF | Twin, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.float32]:
     """The values of a model as the preview computes them, in float32 on the GPU.
 
     **Arguments:**
 
-    - `model`: any registered model or sum.
+    - `model`: any registered model or sum, or a `Twin`.
     - `wi`, `wo`: shape (n, 3), unit, to the light and to the viewer, in the local frame with normal +z; n may be 0.
 
     **Returns:**
@@ -47,7 +48,7 @@ def evaluate(model: AbstractBRDF, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.fl
     return _run(_VALUE, model, wi, wo)
 
 
-def sample(model: AbstractBRDF, wo: ArrayLike, u: ArrayLike) -> NDArray[np.float32]:
+def sample(model: AbstractBRDF | Twin, wo: ArrayLike, u: ArrayLike) -> NDArray[np.float32]:
     """Directions to the light drawn for a model, see `brdf.AbstractBRDF.sample`; in float32 on the GPU.
 
     **Arguments:**
@@ -60,12 +61,12 @@ def sample(model: AbstractBRDF, wo: ArrayLike, u: ArrayLike) -> NDArray[np.float
     return _run(_SAMPLE, model, u, wo)
 
 
-def pdf(model: AbstractBRDF, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.float32]:
+def pdf(model: AbstractBRDF | Twin, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.float32]:
     """The density of `sample` in 1/sr, shape (n,); arguments and errors as `evaluate`."""
     return _run(_PDF, model, wi, wo)[:, 0]
 
 
-def _run(result: str, model: AbstractBRDF, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.float32]:
+def _run(result: str, model: AbstractBRDF | Twin, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.float32]:
     incident = np.ascontiguousarray(wi, np.float32)
     outgoing = np.ascontiguousarray(wo, np.float32)
     if incident.ndim != 2 or incident.shape[1] != 3 or incident.shape != outgoing.shape:
@@ -74,12 +75,16 @@ def _run(result: str, model: AbstractBRDF, wi: ArrayLike, wo: ArrayLike) -> NDAr
     if len(incident) == 0:
         return values
     ctx = device().ctx
-    program = programs().compute("pass/evaluate.comp", {}, {"material": glsl(model), "result": result})
+    material = model if isinstance(model, Twin) else twin(model)
+    program = programs().compute("pass/evaluate.comp", {}, {"material": material.text, "result": result})
     chunk = min(len(incident), _CHUNK)
-    block = ctx.buffer(pack(model))
+    block = ctx.buffer(material.block)
+    own = [ctx.buffer(data) for data in material.buffers]
     buffers = [ctx.buffer(reserve=12 * chunk) for _ in range(3)]
     block.bind_to_uniform_block(BINDING)
     for binding, buffer in enumerate(buffers):
+        buffer.bind_to_storage_buffer(binding)
+    for binding, buffer in enumerate(own, FIRST_BUFFER):
         buffer.bind_to_storage_buffer(binding)
     for start in range(0, len(incident), chunk):
         pairs = min(chunk, len(incident) - start)

@@ -31,6 +31,7 @@ from brdf.parameter import Parameter, choices, parameters
 from brdf.registry import name_of, split
 
 from .table_text import table_text
+from .twin import Twin
 
 # Where the block is bound.
 BINDING = 0
@@ -84,6 +85,23 @@ def pack(model: AbstractBRDF) -> bytes:
         values = np.asarray(getattr(lobes[member.lobe], member.parameter.name), np.float32).reshape(-1)
         struct.pack_into(f"={member.parameter.size}f", block, member.offset, *values.tolist())
     return bytes(block)
+
+
+def twin(model: AbstractBRDF) -> Twin:
+    """What the renderer needs of a model: `glsl`, `pack`, `proposal_count` and `is_anisotropic` of it."""
+    return Twin(glsl(model), pack(model), proposal_count(model), is_anisotropic=is_anisotropic(model))
+
+
+def is_anisotropic(model: AbstractBRDF) -> bool:
+    """Whether the values of any lobe change when both directions are turned about the normal."""
+    return any(_turns(lobe) for lobe in split(model).values())
+
+
+def _turns(lobe: AbstractBRDF) -> bool:
+    """A rotation that its choices leave alive turns a lobe, unless a strength of the anisotropy is 0."""
+    azimuthal = [one for one in parameters(lobe) if one.azimuthal and one.is_live(lobe)]
+    strengths = [getattr(lobe, one.name) for one in azimuthal if one.unit != "rad"]
+    return bool(azimuthal) and (not strengths or any(np.any(strength) for strength in strengths))
 
 
 def proposal_count(model: AbstractBRDF) -> int:

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from .context import check, device
 from .frame import Frame, check_size
 from .image import Image
-from .material_block import proposal_count
 from .passes import PASSES
 from .plan import FramePlan, plan
 from .program import programs
@@ -29,7 +28,7 @@ def plan_of(scene: Scene) -> FramePlan:
 def samples_in_frame(scene: Scene) -> int:
     """The light samples of one pixel in one jittered frame, for the part with the most specular lobes."""
     cosine, light, lobe = _SAMPLES_PER_FRAME
-    return cosine + light + lobe * max(proposal_count(part.material) for part in scene.parts)
+    return cosine + light + lobe * max(part.twin.proposals for part in scene.parts)
 
 
 def render(scene: Scene) -> Image:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from typing import Literal
 
@@ -10,7 +11,9 @@ from brdf.errors import UserError
 from brdf.model import AbstractBRDF
 
 from .environment import Environment, load_environment
+from .material_block import twin
 from .mesh import Mesh, sphere
+from .twin import Twin
 
 _SIZE_MAX = 16384
 _SAMPLES_MAX = 1 << 20
@@ -36,10 +39,15 @@ class Camera:
 
 @dataclasses.dataclass(frozen=True)
 class Part:
-    """A mesh and what it is made of."""
+    """A mesh and what it is made of: a model or sum, or anything else that has been made into a `Twin`."""
 
-    material: AbstractBRDF
+    material: AbstractBRDF | Twin
     mesh: Mesh = dataclasses.field(default_factory=sphere)
+
+    @functools.cached_property
+    def twin(self) -> Twin:
+        """The material as shaders see it."""
+        return self.material if isinstance(self.material, Twin) else twin(self.material)
 
 
 @dataclasses.dataclass(frozen=True)

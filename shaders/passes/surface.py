@@ -8,10 +8,11 @@ import moderngl
 
 from ..frame import UNITS, Frame
 from ..lighting import Lighting, lighting
-from ..material_block import BINDING, glsl, pack
+from ..material_block import BINDING
 from ..plan import Pass
 from ..program import set_uniforms
 from ..scene import Part, Scene
+from ..twin import FIRST_BUFFER
 from ..view import jitter_ndc, view_projection, world_to_environment
 
 
@@ -43,8 +44,9 @@ def prepare(frame: Frame) -> Callable[[int], None]:
 
 
 def _prepare_part(frame: Frame, part: Part, light: Lighting) -> Callable[[int], None]:
-    program = frame.programs.graphics("pass/surface.vert", "pass/surface.frag", {}, {"material": glsl(part.material)})
-    block = frame.ctx.buffer(pack(part.material))
+    program = frame.programs.graphics("pass/surface.vert", "pass/surface.frag", {}, {"material": part.twin.text})
+    block = frame.ctx.buffer(part.twin.block)
+    own = [frame.ctx.buffer(data) for data in part.twin.buffers]
     mesh = frame.ctx.vertex_array(
         program,
         [
@@ -58,6 +60,8 @@ def _prepare_part(frame: Frame, part: Part, light: Lighting) -> Callable[[int], 
 
     def draw(number: int) -> None:
         block.bind_to_uniform_block(BINDING)
+        for binding, buffer in enumerate(own, FIRST_BUFFER):
+            buffer.bind_to_storage_buffer(binding)
         values = {
             "view_projection": projection,
             "world_to_environment": rotation,
