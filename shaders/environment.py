@@ -13,6 +13,8 @@ the poles in v. A scene's `rotation` turns the environment about +y, counter-clo
 from __future__ import annotations
 
 import dataclasses
+import functools
+import hashlib
 import os
 import pathlib
 
@@ -22,14 +24,17 @@ from numpy.typing import NDArray
 from brdf.errors import FileError, UserError
 from brdf.registry import nearest
 
+from .built_in import BUILT_IN
 from .exr import read_exr
 from .radiance_hdr import read_hdr
-from .studio import studio
 
 # The largest picture that is read: 16384 x 8192 texels, 1.6 GB in float32. The common 8k is a quarter of it.
 _WIDTH_MAX = 16384
 # float16's largest value stands in for infinity.
-_RADIANCE_MAX = 65504.0
+_INFINITE = 65504.0
+# Larger values are clamped. The sun in cd/m^2, 1.6e9, is below; and times the sharpest lobe's 3e7 and 2^20 samples it
+# is far from the end of float32, where sums would become infinite.
+_RADIANCE_MAX = 1e10
 
 
 # Two are equal if they are the same object, so that what is made of one can be kept with it (lighting.py).
@@ -40,36 +45,39 @@ class Environment:
     - `pixels`: shape (h, w, 3), float32, linear Rec. 709, finite and not negative; oriented as this file says. Not
       to be changed once it has been rendered: make another `Environment`.
     - `name`: the built-in name or the file.
-    - `clamped`: how many values of the file were negative, NaN or infinite and have been clamped.
+    - `clamped`: how many values of the file were negative, NaN, infinite or above 1e10 and have been clamped.
     """
 
     pixels: NDArray[np.float32]
     name: str
     clamped: int = 0
 
+    @functools.cached_property
+    def digest(self) -> str:
+        """A hash of the shape and the values of `pixels`: what is made of equal pixels may be kept under it."""
+        content = hashlib.blake2b(repr(self.pixels.shape).encode(), digest_size=16)
+        content.update(np.ascontiguousarray(self.pixels, np.float32))
+        return content.hexdigest()
 
-def _furnace() -> NDArray[np.float32]:
-    return np.ones((16, 32, 3), np.float32)
 
-
-BUILT_IN = {"furnace": _furnace, "studio": studio}
 _READERS = {".exr": read_exr, ".hdr": read_hdr}
 
 
 def load_environment(name: str | os.PathLike[str]) -> Environment:
-    """The environment of a name: a built-in one (`studio`, `furnace`) or a `.hdr` or `.exr` file.
+    """The environment of a name: a built-in one or a `.hdr` or `.exr` file.
 
     **Arguments:**
 
     - `name`: a key of `BUILT_IN`, or the path of a latitude-longitude picture, twice as wide as high.
 
-    **Returns:** the `Environment`, with negative and NaN values set to 0, infinite ones to 65504, and counted.
+    **Returns:** the `Environment`, with negative and NaN values set to 0, infinite ones to 65504, those above 1e10 to
+    1e10, and all of them counted. A built-in one is made once: asked for again, it is the same object.
 
     Raises `UserError` for a name that is neither, `brdf.errors.FileError` for a file that cannot be used.
     """
     text = os.fspath(name)
     if text in BUILT_IN:
-        return Environment(BUILT_IN[text](), text)
+        return _built_in(text)
     suffix = pathlib.Path(text).suffix.lower()
     if suffix not in _READERS:
         raise UserError(
@@ -90,8 +98,15 @@ def load_environment(name: str | os.PathLike[str]) -> Environment:
     return Environment(cleaned, text, clamped)
 
 
+@functools.cache
+def _built_in(name: str) -> Environment:
+    pixels = BUILT_IN[name]()
+    pixels.flags.writeable = False  # all who ask for it share it
+    return Environment(pixels, name)
+
+
 def _clean(pixels: NDArray[np.float32]) -> tuple[NDArray[np.float32], int]:
-    """Finite, non-negative radiance, and how many values were not."""
-    bad = ~(np.isfinite(pixels) & (pixels >= 0))
-    cleaned = np.clip(np.nan_to_num(pixels, nan=0.0, posinf=_RADIANCE_MAX, neginf=0.0), 0.0, None)
+    """Finite, non-negative radiance, and how many values were not, or too large."""
+    bad = ~((pixels >= 0) & (pixels <= _RADIANCE_MAX))  # NaN too
+    cleaned = np.clip(np.nan_to_num(pixels, nan=0.0, posinf=_INFINITE, neginf=0.0), 0.0, _RADIANCE_MAX)
     return np.ascontiguousarray(cleaned, np.float32), int(bad.sum())

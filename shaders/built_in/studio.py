@@ -8,11 +8,12 @@ has to show.
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-_WIDTH = 1024
+from .grid import HEIGHT, directions, smooth
 
 
 @dataclasses.dataclass(frozen=True)
@@ -42,48 +43,40 @@ _EDGE = 0.12
 _FALLOFF = 0.35
 
 
-def studio() -> NDArray[np.float32]:
-    """The studio as a latitude-longitude picture: shape (512, 1024, 3), float32, oriented as `shaders.environment`."""
-    height = _WIDTH // 2
-    azimuth = ((np.arange(_WIDTH) + 0.5) / _WIDTH - 0.5) * 2 * np.pi
-    polar = (np.arange(height)[:, None] + 0.5) / height * np.pi
-    w = np.stack(
-        [np.sin(polar) * np.sin(azimuth), np.cos(polar) + 0 * azimuth, -np.sin(polar) * np.cos(azimuth)], axis=-1
-    )
+def studio(height: int = HEIGHT) -> NDArray[np.float32]:
+    """The studio as a latitude-longitude picture: shape (height, 2 height, 3), float32."""
+    w = directions(height)
     picture = _room(w)
     for box in _BOXES:
-        picture += _box(w, box)
-    return picture.astype(np.float32)
+        _add_box(picture, w, box)
+    return picture
 
 
-def _smooth(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """0 below 0, 1 above 1, smooth between."""
-    x = np.clip(x, 0, 1)
-    return x * x * (3 - 2 * x)
-
-
-def _room(w: NDArray[np.float64]) -> NDArray[np.float64]:
+def _room(w: NDArray[np.float32]) -> NDArray[np.float32]:
     """Dim walls with a lit backdrop behind the object, a warm floor that brightens underneath it, a dark horizon."""
     y = w[..., 1]
     behind = 0.55 - 0.45 * w[..., 2]
     wall = 0.07 + 0.17 * np.exp(-(((y - 0.05) / 0.45) ** 2)) * behind
-    floor = 0.04 + 0.14 * _smooth((-y - 0.25) / 0.75)
-    above = _smooth((y + 0.32) / 0.22)[..., None]
-    return floor[..., None] * np.array([1.05, 1.0, 0.93]) * (1 - above) + wall[..., None] * above
+    floor = 0.04 + 0.14 * smooth((-y - 0.25) / 0.75)
+    above = smooth((y + 0.32) / 0.22)[..., None]
+    return floor[..., None] * np.array([1.05, 1.0, 0.93], np.float32) * (1 - above) + wall[..., None] * above
 
 
-def _box(w: NDArray[np.float64], box: _SoftBox) -> NDArray[np.float64]:
-    """The light of one soft box: its rectangle projected from the origin."""
-    centre = np.array(box.towards) / np.linalg.norm(box.towards)
+def _add_box(picture: NDArray[np.float32], w: NDArray[np.float32], box: _SoftBox) -> None:
+    """Adds the light of one soft box: its rectangle projected from the origin."""
+    centre = np.array(box.towards, np.float32)
+    centre /= np.linalg.norm(centre)
     # A box straight above has no upward direction of its own; one that is nearly so takes -z.
-    right = np.cross(centre, [0.0, 1.0, 0.0]) if abs(centre[1]) < 0.95 else np.array([1.0, 0.0, 0.0])
+    pole = np.array([0.0, 1.0, 0.0] if abs(centre[1]) < 0.95 else [0.0, 0.0, 1.0], np.float32)
+    right = np.cross(centre, pole)
     right /= np.linalg.norm(right)
     up = np.cross(right, centre)
-    ahead = w @ centre
-    in_front = ahead > 0.05
-    distance = np.where(in_front, ahead, 1.0)
-    x = (w @ right) / distance / box.half_width
-    y = (w @ up) / distance / box.half_height
-    inside = _smooth((1 - np.abs(x)) / _EDGE) * _smooth((1 - np.abs(y)) / _EDGE) * in_front
+    # No texel farther from its centre than a corner is lit.
+    lit = w @ centre > 1 / math.sqrt(1 + box.half_width**2 + box.half_height**2)
+    near = w[lit]
+    distance = near @ centre
+    x = (near @ right) / distance / box.half_width
+    y = (near @ up) / distance / box.half_height
+    inside = smooth((1 - np.abs(x)) / _EDGE) * smooth((1 - np.abs(y)) / _EDGE)
     lamp = 1 - _FALLOFF * np.clip((x * x + y * y) / 2, 0, 1)
-    return (inside * lamp)[..., None] * np.array(box.radiance)
+    picture[lit] += (inside * lamp)[:, None] * np.array(box.radiance, np.float32)

@@ -1,0 +1,11 @@
+"""Light of radiance 1 from everywhere: what reflects all light disappears in it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def furnace(height: int = 16) -> NDArray[np.float32]:
+    """Ones: shape (height, 2 height, 3), float32. Small, since interpolation changes nothing."""
+    return np.ones((height, 2 * height, 3), np.float32)
