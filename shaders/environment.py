@@ -56,7 +56,7 @@ class Environment:
     def digest(self) -> str:
         """A hash of the shape and the values of `pixels`: what is made of equal pixels may be kept under it."""
         content = hashlib.blake2b(repr(self.pixels.shape).encode(), digest_size=16)
-        content.update(np.ascontiguousarray(self.pixels, np.float32))
+        content.update(np.ascontiguousarray(self.pixels, np.float32).data)
         return content.hexdigest()
 
 

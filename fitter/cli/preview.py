@@ -13,7 +13,13 @@ from . import options
 @click.command(name="preview")
 @click.argument("material")
 @click.option("--output", "-o", required=True, help="The picture: .png for displays, .exr for linear values.")
-@click.option("--environment", "-e", default="studio", show_default=True, help="studio, furnace, or an .hdr/.exr file.")
+@click.option(
+    "--environment",
+    "-e",
+    default="studio",
+    show_default=True,
+    help="studio, clear_sky, overcast, night, furnace, or an .hdr/.exr file.",
+)
 @click.option(
     "--rotate-deg", default=0.0, show_default=True, help="Turns the environment about +y, counter-clockwise from above."
 )

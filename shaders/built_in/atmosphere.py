@@ -15,7 +15,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float32]
+Floats = NDArray[np.floating]
+Number = NDArray[np.floating] | np.float32
 
 GROUND, TOP = 6360.0, 6460.0
 # Per km at sea level (ozone: at its densest), for air, aerosol and ozone; what is not scattered is absorbed.
@@ -24,7 +25,9 @@ EXTINCTION = SCATTERING + np.array([[0, 0, 0], [0.44e-3] * 3, [0.650e-3, 1.881e-
 _HEIGHT_AIR, _HEIGHT_AEROSOL = 8.0, 1.2
 _OZONE_CENTRE, _OZONE_HALF_WIDTH = 25.0, 15.0
 _FORWARD = 0.8  # mean cosine of scattering by aerosol
-_VIEW_STEPS, _SUN_STEPS = 32, 12
+_VIEW_STEPS = 32
+# Gauss and Legendre's points of a way of length 1, squared: the air is densest where the way begins.
+_POINTS = [((1 + x) / 2, w / 2) for x, w in zip(*np.polynomial.legendre.leggauss(10), strict=True)]
 # Without its phase functions, the sky hardly depends on the azimuth from the sun: a short series of cosines.
 _AZIMUTHS = 6
 
@@ -45,7 +48,7 @@ def sky_radiance(eye: float, elevation: Floats, around: Floats, sun_elevation: f
     sine, cosine = np.sin(elevation)[:, None], np.cos(elevation)[:, None]
     sun_sine, sun_cosine = np.float32(math.sin(sun_elevation)), np.float32(math.cos(sun_elevation))
     nodes = ((np.arange(_AZIMUTHS) + 0.5) * np.pi / _AZIMUTHS).astype(np.float32)
-    found = _scattered(eye, sine, sine * sun_sine + cosine * sun_cosine * np.cos(nodes), float(sun_sine), albedo)
+    found = scattered(eye, sine, sine * sun_sine + cosine * sun_cosine * np.cos(nodes), float(sun_sine), albedo)
     # The cosine series through the nodes.
     order = np.arange(_AZIMUTHS, dtype=np.float32)
     series = np.cos(order * nodes[:, None]) * np.where(order, 2, 1).astype(np.float32) / _AZIMUTHS
@@ -55,9 +58,7 @@ def sky_radiance(eye: float, elevation: Floats, around: Floats, sun_elevation: f
     return air * _phase_air(nu) + aerosol * _phase_aerosol(nu) + often
 
 
-def _scattered(
-    eye: float, sine: Floats, nu: Floats, sun_sine: float, albedo: float
-) -> tuple[Floats, Floats, Floats]:
+def scattered(eye: float, sine: Floats, nu: Floats, sun_sine: float, albedo: float) -> tuple[Floats, Floats, Floats]:
     """What arrives by one scattering of air and of aerosol, without their phase functions, and by more than one.
 
     `sine` of the elevations has the shape (r, 1), `nu`, the cosines to the sun, (r, n); the results (r, n, 3).
@@ -85,7 +86,7 @@ def transmittance(eye: float, sine: float) -> Floats:
     return np.exp(-_depth(np.float32(GROUND + eye), np.float32(sine)) @ EXTINCTION)
 
 
-def _to_top(radius: Floats, cosine: Floats) -> Floats:
+def _to_top(radius: Number, cosine: Number) -> Number:
     """The way from a radius to the top of the atmosphere, at a cosine to the zenith."""
     return -radius * cosine + np.sqrt((radius * cosine) ** 2 + np.float32(TOP) ** 2 - radius**2)
 
@@ -96,21 +97,21 @@ def _steps(count: int) -> tuple[Floats, Floats]:
     return (edges[1:] + edges[:-1]) / 2, np.diff(edges)
 
 
-def _densities(height: Floats) -> Floats:
+def _densities(height: Number) -> Floats:
     """Of air, aerosol and ozone, relative to their densest: shape (..., 3)."""
     height = height.clip(0, None)
     ozone = (1 - np.abs(height - np.float32(_OZONE_CENTRE)) / np.float32(_OZONE_HALF_WIDTH)).clip(0, None)
     return np.stack([np.exp(-height / _HEIGHT_AIR), np.exp(-height / _HEIGHT_AEROSOL), ozone], axis=-1)
 
 
-def _depth(radius: Floats, cosine: Floats) -> Floats:
+def _depth(radius: Number, cosine: Number) -> Floats:
     """The amounts of air, aerosol and ozone on the way to the top, in km of the densest: shape (..., 3)."""
     length = _to_top(radius, cosine)
     total = np.zeros((*np.shape(length), 3), np.float32)
-    for part, width in zip(*_steps(_SUN_STEPS), strict=True):
-        t = length * part
+    for node, weight in _POINTS:
+        t = length * np.float32(node * node)
         r = np.sqrt(radius * radius + t * t + 2 * radius * t * cosine)
-        total += _densities(r - np.float32(GROUND)) * (length * width)[..., None]
+        total += _densities(r - np.float32(GROUND)) * (length * np.float32(2 * node * weight))[..., None]
     return total
 
 

@@ -1,4 +1,4 @@
-"""A street at night: lamps in two rows, shop signs in strong colours, a low moon, all small and bright on a dark ground.
+"""A street at night: lamps in two rows, shop signs in strong colours, a moon: small bright lights on a dark ground.
 
 Such lights are the hard case for a renderer that samples them, and the best for judging a highlight's shape. Every
 light lies in a street whose ground it lights by the inverse square of the distance.
@@ -29,9 +29,11 @@ _SIGNS = (
     ((9.5, 0.5, 7.0), (1.0, 0.45, 0.05)),
 )
 # Irradiance times squared distance (m^2), and radius (m), of a lamp and of a sign; no light looks smaller than this.
-_LAMP_POWER, _LAMP_RADIUS = 30.0, 0.22
-_SIGN_POWER, _SIGN_RADIUS = 24.0, 0.30
-_HALF_ANGLE_MIN = math.radians(0.4)
+_LAMP_POWER, _LAMP_RADIUS = 50.0, 0.40
+_SIGN_POWER, _SIGN_RADIUS = 40.0, 0.50
+_HALF_ANGLE_MIN = math.radians(0.7)
+# It fades towards its edge by this power of a cosine, so that its outline is soft however bright its middle.
+_FADE = (6.0, 6.0, 6.0)
 _MOON: Triple = (0.42, 0.62, -0.66)
 _MOON_HALF_ANGLE = math.radians(0.52 / 2)
 _MOON_LIGHT = np.array([0.050, 0.055, 0.062])
@@ -50,7 +52,7 @@ def night(height: int = HEIGHT) -> NDArray[np.float32]:
     for at, color, power, radius in _lights():
         distance = math.hypot(*at)
         half_angle = max(math.asin(radius / distance), _HALF_ANGLE_MIN)
-        add_disc(picture, at, half_angle, np.array(color) * power / distance**2)
+        add_disc(picture, at, half_angle, np.array(color) * power / distance**2, _FADE)
     add_disc(picture, _MOON, _MOON_HALF_ANGLE, _MOON_LIGHT)
     return picture
 
@@ -81,6 +83,6 @@ def _street(w: NDArray[np.float32]) -> NDArray[np.float32]:
             squared = (x - np.float32(at[0])) ** 2 + (z - np.float32(at[2])) ** 2 + drop * drop
             level += np.float32(power) * drop / (squared * np.sqrt(squared))
         received += level[..., None] * np.array(color, np.float32)
-    near = np.exp(-distance / np.float32(45))[..., None]
+    near = np.exp(-((distance / np.float32(40)) ** 2))[..., None]
     horizon = _sky(w[:1] * np.array([1, 0, 1], np.float32))
     return near * _ASPHALT * received / np.float32(np.pi) + (1 - near) * horizon

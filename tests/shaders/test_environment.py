@@ -1,4 +1,4 @@
-"""Environment files in: real ones, hand-made ones in every orientation and coding, broken ones. Built-in ones too."""
+"""Environment files in: real ones, hand-made ones in every orientation and coding, broken ones."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ import OpenEXR
 import pytest
 
 import brdf
-from shaders import load_environment, write_exr
-from shaders.environment import BUILT_IN
+from shaders import Environment, load_environment, write_exr
 from shaders.radiance_hdr import read_hdr
 
 _HDRI = pathlib.Path(__file__).parents[3] / "shared" / "data" / "hdri"
@@ -203,10 +202,32 @@ def test_an_unknown_name_is_answered_with_the_nearest(tmp_path: pathlib.Path):
         load_environment(tmp_path / "absent.hdr")
 
 
-@pytest.mark.parametrize("name", list(BUILT_IN))
-def test_a_built_in_environment_is_light(name: str):
-    pixels = load_environment(name).pixels
-    assert pixels.dtype == np.float32
-    assert pixels.shape[1] == 2 * pixels.shape[0]
-    assert np.isfinite(pixels).all()
-    assert pixels.min() > 0
+def test_light_beyond_every_sun_is_clamped_and_counted_and_suns_are_kept(tmp_path: pathlib.Path):
+    pixels = np.ones((8, 16, 3), np.float32)
+    pixels[1, 2], pixels[2, 3], pixels[3, 4] = 3.4e38, [1e5, 1e6, 1.6e9], [2e10, 0, 1e10]
+    write_exr(tmp_path / "a.exr", pixels)
+    environment = load_environment(tmp_path / "a.exr")
+    assert environment.clamped == 4
+    np.testing.assert_array_equal(environment.pixels[1, 2], np.float32(1e10))
+    np.testing.assert_array_equal(environment.pixels[2, 3], np.float32([1e5, 1e6, 1.6e9]))
+    np.testing.assert_array_equal(environment.pixels[3, 4], np.float32([1e10, 0, 1e10]))
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 2), (1, 3), (3, 5), (3, 7)])
+def test_a_picture_of_a_few_texels_or_an_odd_size_is_read(tmp_path: pathlib.Path, shape: tuple[int, int]):
+    pixels = np.random.default_rng(8).random((*shape, 3), np.float32)
+    write_exr(tmp_path / "a.exr", pixels)
+    np.testing.assert_array_equal(load_environment(tmp_path / "a.exr").pixels, pixels)
+
+
+def test_the_digest_is_of_shape_and_values_alone():
+    pixels = np.random.default_rng(9).random((4, 8, 3), np.float32)
+    first = Environment(pixels, "first")
+    assert Environment(pixels.copy(), "second", 3).digest == first.digest
+    assert Environment(np.ascontiguousarray(pixels[:, ::-1])[:, ::-1], "same values").digest == first.digest
+    changed = pixels.copy()
+    changed[3, 7, 2] = np.nextafter(changed[3, 7, 2], np.float32(2))
+    others = {Environment(one, "other").digest for one in (changed, pixels.reshape(8, 4, 3), pixels[:, ::-1])}
+    assert len(others | {first.digest}) == 4
+    # Equality stays identity.
+    assert Environment(pixels, "first") != first
