@@ -100,7 +100,7 @@ def load_environment(name: str | os.PathLike[str]) -> Environment:
 
 @functools.cache
 def _built_in(name: str) -> Environment:
-    pixels = BUILT_IN[name]()
+    pixels = np.asarray(BUILT_IN[name](), np.float32)
     pixels.flags.writeable = False  # all who ask for it share it
     return Environment(pixels, name)
 

@@ -13,10 +13,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.floating]
-Number = NDArray[np.floating] | np.float32
+from .grid import Floats
+
+Number = Floats | np.floating
 
 GROUND, TOP = 6360.0, 6460.0
 # Per km at sea level (ozone: at its densest), for air, aerosol and ozone; what is not scattered is absorbed.
@@ -64,7 +64,7 @@ def scattered(eye: float, sine: Floats, nu: Floats, sun_sine: float, albedo: flo
     `sine` of the elevations has the shape (r, 1), `nu`, the cosines to the sun, (r, n); the results (r, n, 3).
     """
     radius = np.float32(GROUND + eye)
-    length = _to_top(radius, sine)[..., None]
+    length = np.asarray(_to_top(radius, sine))[..., None]
     part, width = _steps(_VIEW_STEPS)
     t = length * part
     r = np.sqrt(radius**2 + t * t + 2 * radius * t * sine[..., None])
@@ -106,7 +106,7 @@ def _densities(height: Number) -> Floats:
 
 def _depth(radius: Number, cosine: Number) -> Floats:
     """The amounts of air, aerosol and ozone on the way to the top, in km of the densest: shape (..., 3)."""
-    length = _to_top(radius, cosine)
+    length = np.asarray(_to_top(radius, cosine))
     total = np.zeros((*np.shape(length), 3), np.float32)
     for node, weight in _POINTS:
         t = length * np.float32(node * node)

@@ -11,11 +11,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .atmosphere import EXTINCTION, Floats, sky_radiance, transmittance
+from .atmosphere import EXTINCTION, sky_radiance, transmittance
 from .disc import add_disc
-from .grid import HEIGHT, azimuths, elevations, sky_irradiance
+from .grid import HEIGHT, Floats, azimuths, elevations, sky_irradiance
 
 # The sun 38 degrees above the horizon, 130 degrees to the left of the direction in which the camera looks.
 SUN_ELEVATION, SUN_AZIMUTH = math.radians(38), math.radians(-130)
@@ -28,7 +27,7 @@ _EYE = 0.5
 _GROUND = np.array([0.25, 0.23, 0.20], np.float32)
 
 
-def clear_sky(height: int = HEIGHT) -> NDArray[np.float32]:
+def clear_sky(height: int = HEIGHT) -> Floats:
     """The picture: shape (height, 2 height, 3), float32; the sun covers one texel or two and has its whole energy."""
     half = height // 2
     around = azimuths(height) - np.float32(SUN_AZIMUTH)

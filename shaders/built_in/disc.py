@@ -7,6 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from .grid import Floats
+
 # A spiral of points with equal areas (Vogel 1979, "A Better Way to Construct the Sunflower Head").
 _POINTS = 1024
 _GOLDEN = math.pi * (3 - math.sqrt(5))
@@ -14,10 +16,10 @@ Triple = tuple[float, float, float]
 
 
 def add_disc(
-    picture: NDArray[np.float32],
+    picture: Floats,
     towards: Triple,
     half_angle: float,
-    irradiance: NDArray[np.float64],
+    irradiance: Floats,
     limb: Triple = (0.0, 0.0, 0.0),
 ) -> None:
     """Adds a disc of light to a picture.
@@ -55,7 +57,7 @@ def add_disc(
             np.add.at(picture, (j, i % width), shared.astype(np.float32))
 
 
-def _solid_angle(row: NDArray[np.intp], height: int) -> NDArray[np.float64]:
+def _solid_angle(row: NDArray[np.intp], height: int) -> Floats:
     """The integral over all directions of a texel's weight in the interpolation, in sr."""
     step = np.pi / height
     return np.sin((row + 0.5) * step) * 2 * (1 - np.cos(step))

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from .grid import Floats
 
 
-def furnace(height: int = 16) -> NDArray[np.float32]:
+def furnace(height: int = 16) -> Floats:
     """Ones: shape (height, 2 height, 3), float32. Small, since interpolation changes nothing."""
     return np.ones((height, 2 * height, 3), np.float32)

@@ -9,10 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .disc import Triple, add_disc
-from .grid import HEIGHT, directions
+from .grid import HEIGHT, Floats, directions
 
 # Metres from the eye: lamps 4 m above it, left and right, warm, some of them white.
 _LAMPS = tuple(
@@ -44,7 +43,7 @@ _HORIZON = np.array([0.018, 0.022, 0.038], np.float32)
 _TOWN = np.array([0.10, 0.055, 0.025], np.float32)
 
 
-def night(height: int = HEIGHT) -> NDArray[np.float32]:
+def night(height: int = HEIGHT) -> Floats:
     """The picture: shape (height, 2 height, 3), float32; every light has its whole energy at any resolution."""
     w = directions(height)
     half = height // 2
@@ -63,7 +62,7 @@ def _lights() -> list[tuple[Triple, Triple, float, float]]:
     return lamps + [(at, color, _SIGN_POWER, _SIGN_RADIUS) for at, color in _SIGNS]
 
 
-def _sky(w: NDArray[np.float32]) -> NDArray[np.float32]:
+def _sky(w: Floats) -> Floats:
     """Dark blue, paler towards the horizon, with the glow of the town ahead."""
     y = w[..., 1:2]
     pale = np.exp(-y / np.float32(0.30))
@@ -71,7 +70,7 @@ def _sky(w: NDArray[np.float32]) -> NDArray[np.float32]:
     return _ZENITH * (1 - pale) + _HORIZON * pale + _TOWN * glow
 
 
-def _street(w: NDArray[np.float32]) -> NDArray[np.float32]:
+def _street(w: Floats) -> Floats:
     """Asphalt with a pool of light under each lamp, fading into the horizon's glow."""
     distance = _EYE / -w[..., 1]
     x, z = w[..., 0] * distance, w[..., 2] * distance

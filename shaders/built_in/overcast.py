@@ -9,9 +9,8 @@ Integrated over the hemisphere onto the ground that is 7 pi / 9 times the zenith
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .grid import HEIGHT, directions, smooth
+from .grid import HEIGHT, Floats, directions, smooth
 
 # The ground receives pi.
 ZENITH = 9 / 7
@@ -26,7 +25,7 @@ _BEND = 0.8
 _FOG = 0.06
 
 
-def overcast(height: int = HEIGHT) -> NDArray[np.float32]:
+def overcast(height: int = HEIGHT) -> Floats:
     """The picture: shape (height, 2 height, 3), float32."""
     w = directions(height)
     half = height // 2
@@ -36,7 +35,7 @@ def overcast(height: int = HEIGHT) -> NDArray[np.float32]:
     return np.concatenate([upper[..., None] * _COLOR, np.broadcast_to(lower, (height - half, 2 * height, 3)) * _COLOR])
 
 
-def _clouds(w: NDArray[np.float32]) -> NDArray[np.float32]:
+def _clouds(w: Floats) -> Floats:
     """Waves in [-1, 1] that are odd in (x, z) together: opposite directions vary oppositely, so the light on the ground
     stays what the standard says."""
     far = np.maximum(w[..., 1], 0) + 0.15

@@ -11,9 +11,8 @@ import dataclasses
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .grid import HEIGHT, directions, smooth
+from .grid import HEIGHT, Floats, directions, smooth
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,7 +42,7 @@ _EDGE = 0.12
 _FALLOFF = 0.35
 
 
-def studio(height: int = HEIGHT) -> NDArray[np.float32]:
+def studio(height: int = HEIGHT) -> Floats:
     """The studio as a latitude-longitude picture: shape (height, 2 height, 3), float32."""
     w = directions(height)
     picture = _room(w)
@@ -52,7 +51,7 @@ def studio(height: int = HEIGHT) -> NDArray[np.float32]:
     return picture
 
 
-def _room(w: NDArray[np.float32]) -> NDArray[np.float32]:
+def _room(w: Floats) -> Floats:
     """Dim walls with a lit backdrop behind the object, a warm floor that brightens underneath it, a dark horizon."""
     y = w[..., 1]
     behind = 0.55 - 0.45 * w[..., 2]
@@ -62,7 +61,7 @@ def _room(w: NDArray[np.float32]) -> NDArray[np.float32]:
     return floor[..., None] * np.array([1.05, 1.0, 0.93], np.float32) * (1 - above) + wall[..., None] * above
 
 
-def _add_box(picture: NDArray[np.float32], w: NDArray[np.float32], box: _SoftBox) -> None:
+def _add_box(picture: Floats, w: Floats, box: _SoftBox) -> None:
     """Adds the light of one soft box: its rectangle projected from the origin."""
     centre = np.array(box.towards, np.float32)
     centre /= np.linalg.norm(centre)
