@@ -21,6 +21,8 @@ from brdf.errors import FileError
 _RESOLUTION = re.compile(rb"([+-])([XY]) (\d{1,9}) ([+-])([XY]) (\d{1,9})\s*$")
 # Headers are a few lines; a longer one is another kind of file.
 _HEADER_MAX = 1 << 16
+# No camera or renderer is outside; float32 ends soon after.
+_EXPOSURE_MIN = 1e-30
 # New run lengths exist for these line lengths (Radiance color.c: MINELEN, MAXELEN).
 _NEW_MIN, _NEW_MAX = 8, 32767
 _EXPORT_AGAIN = "Export it again, or use an .exr."
@@ -63,7 +65,8 @@ def read_hdr(path: str | os.PathLike[str], width_max: int) -> NDArray[np.float32
     for _ in range(header.lines):
         line, position = _read_line(path, data, position, header.length)
         scan_lines.append(line)
-    return _decode(_orient(np.stack(scan_lines), header)) / np.float32(header.exposure)
+    with np.errstate(over="ignore"):  # to infinity, which the caller clamps and counts
+        return _decode(_orient(np.stack(scan_lines), header)) / np.float32(header.exposure)
 
 
 def _read_header(path: str | os.PathLike[str], data: bytes) -> _Header:
@@ -81,6 +84,9 @@ def _read_header(path: str | os.PathLike[str], data: bytes) -> _Header:
             raise FileError(path, problem, _EXPORT_AGAIN)
         if name.strip() == b"EXPOSURE":
             exposure *= _exposure(path, value)
+    if not _EXPOSURE_MIN <= exposure <= 1 / _EXPOSURE_MIN:
+        problem = f"The product of its EXPOSURE lines, `{exposure:g}`, is outside {_EXPOSURE_MIN:g} to its inverse."
+        raise FileError(path, problem, "Correct or remove those lines.")
     line_end = data.find(b"\n", end + 2, end + 2 + 256)
     found = _RESOLUTION.match(data[end + 2 : max(line_end, end + 2)])
     if found is None or found.group(2) == found.group(5):

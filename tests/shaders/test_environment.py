@@ -99,6 +99,8 @@ def test_the_exposure_of_a_hdr_is_taken_out(tmp_path: pathlib.Path):
         (b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n" + b"#" * 70000, "No empty line"),
         (b"#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 2 +X 4\n" + bytes(32), "32-bit_rle_xyze"),
         (b"#?RADIANCE\nEXPOSURE=nan\n\n-Y 2 +X 4\n" + bytes(32), "EXPOSURE=nan"),
+        (b"#?RADIANCE\nEXPOSURE=1e-50\n\n-Y 2 +X 4\n" + bytes(32), "`1e-50`, is outside"),
+        (b"#?RADIANCE\nEXPOSURE=1e20\nEXPOSURE=1e20\n\n-Y 2 +X 4\n" + bytes(32), "`1e\\+40`, is outside"),
         (b"#?RADIANCE\n\n-Y 2 +Y 4\n" + bytes(32), "resolution line"),
         (b"#?RADIANCE\n\nhello\n" + bytes(32), "resolution line"),
         (b"#?RADIANCE\n\n-Y 999999999 +X 999999999\n" + bytes(32), "outside 1 to 16384"),
@@ -211,6 +213,14 @@ def test_light_beyond_every_sun_is_clamped_and_counted_and_suns_are_kept(tmp_pat
     np.testing.assert_array_equal(environment.pixels[1, 2], np.float32(1e10))
     np.testing.assert_array_equal(environment.pixels[2, 3], np.float32([1e5, 1e6, 1.6e9]))
     np.testing.assert_array_equal(environment.pixels[3, 4], np.float32([1e10, 0, 1e10]))
+
+
+def test_a_hdr_whose_exposure_takes_it_beyond_float32_is_clamped_and_counted(tmp_path: pathlib.Path):
+    bright = np.full((2, 4, 4), 255, np.uint8)
+    path = _file(tmp_path / "a.hdr", "-Y 2 +X 4", bright.tobytes(), "EXPOSURE=1e-6\n")
+    environment = load_environment(path)
+    assert environment.clamped == bright[..., :3].size
+    assert np.isfinite(environment.pixels).all()
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 2), (1, 3), (3, 5), (3, 7)])
