@@ -58,8 +58,12 @@ def prepare_parts(
 def _prepare(
     frame: Frame, index: int, part: Part, program: moderngl.Program
 ) -> tuple[moderngl.Program, Callable[[], None]]:
-    vertices, triangles = frame.resource(mesh_name(part), tuple)
-    mesh = frame.ctx.vertex_array(program, [(vertices, "3f 3f", "position", "normal")], index_buffer=triangles)
+    positions, normals, triangles = frame.resource(mesh_name(part), tuple)
+    # The depth alone needs no normals, and then the program does not have them.
+    inputs = [
+        (buffer, "3f", name) for buffer, name in ((positions, "position"), (normals, "normal")) if name in program
+    ]
+    mesh = frame.ctx.vertex_array(program, inputs, index_buffer=triangles)
     block = frame.resource(block_name(index), KeptBuffer).buffer
     tables = [frame.resource(table_name(index, table), KeptBuffer).buffer for table in range(len(part.twin.buffers))]
 

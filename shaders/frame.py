@@ -92,8 +92,11 @@ class Frame:
             texture = self.ctx.texture(size, 4, dtype="f4")
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
             depth = self.ctx.depth_renderbuffer(size) if name == "frame" else None
-            kept = self.store[name] = self.ctx.framebuffer([texture], depth)
+            kept = self.ctx.framebuffer([texture], depth)
+            # Bound before the one of another size is freed, else the first draw has its viewport (moderngl 5.13).
+            kept.use()
             kept.clear()
+            self.store[name] = kept
         return kept
 
     def bind_picture(self, name: str) -> None:

@@ -101,7 +101,7 @@ def _box(plan: FramePlan, one: Pass, place: tuple[int, int], milliseconds: Mappi
     status = _status(plan, one.name)
     fill, outline, text = _COLORS[status]
     x, y = _MARGIN + _STEP[0] * place[0], _MARGIN + _STEP[1] * place[1]
-    said = {"run": f"{milliseconds.get(one.name, 0.0):.3g} ms", "reused": "reused"}.get(status, "")
+    said = {"run": f"{milliseconds.get(one.name, 0.0):.1f} ms", "reused": "reused"}.get(status, "")
     said = said or plan.dropped[one.name]
     dash = " stroke-dasharray='4 3'" if status == "dropped" else ""
     words = [(one.name, 14, "bold"), (f"→ {_written(one)}", 11, "normal"), (said, 11, "normal")]

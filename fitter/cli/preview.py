@@ -96,7 +96,8 @@ def command(
     width, height = _size(size)
     if not math.isfinite(rotate_deg):
         raise UserError(f"`--rotate-deg {rotate_deg}` is not an angle. Give degrees, such as 90.")
-    with options.progress(quiet) as say:
+    # Until there is a picture to write, nothing needs to be cleaned up.
+    with options.progress(quiet) as say, options.leaving_at_once():
         say(f"rendering {material}")
 
         import shaders
@@ -117,7 +118,7 @@ def command(
             tone_map="none" if pathlib.Path(output).suffix.lower() == ".exr" else "neutral",
         )
         image = shaders.render(scene)
-        _write(image, output, graph, force)
+    _write(image, output, graph, force)
     facts = _facts(scene, image, output)
     if as_json:
         click.echo(json.dumps(facts, indent=2))

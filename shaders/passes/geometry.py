@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-
 from ..culling import visible_parts
 from ..drawing import mesh_name
 from ..frame import Frame
@@ -14,7 +12,7 @@ from ..scene import Scene
 
 
 def declare(scene: Scene) -> Pass:
-    """Writes a `mesh[...]` per content: the buffers of its vertices, position and normal in turn, and triangles."""
+    """Writes a `mesh[...]` per content: the buffers of its positions, normals and triangles."""
     names = frozenset(mesh_name(part) for part in visible_parts(scene))
     return Pass("geometry", reads=frozenset(), writes=names)
 
@@ -25,9 +23,8 @@ def prepare(frame: Frame) -> Callable[[int], None]:
     def draw(number: int) -> None:
         for part in frame.visible:
             if mesh_name(part) not in frame.store:
-                vertices = np.concatenate([part.mesh.positions, part.mesh.normals], axis=1, dtype=np.float32).tobytes()
-                triangles = part.mesh.triangles.tobytes()
-                frame.keep(mesh_name(part), (frame.ctx.buffer(vertices), frame.ctx.buffer(triangles)))
-                frame.bytes_uploaded += len(vertices) + len(triangles)
+                arrays = (part.mesh.positions, part.mesh.normals, part.mesh.triangles)
+                frame.keep(mesh_name(part), tuple(frame.ctx.buffer(array.tobytes()) for array in arrays))
+                frame.bytes_uploaded += sum(array.nbytes for array in arrays)
 
     return draw
