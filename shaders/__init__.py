@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from .image import write_png as write_png
     from .mesh import Mesh as Mesh
     from .mesh import sphere as sphere
+    from .plan_picture import plan_svg as plan_svg
+    from .renderer import Renderer as Renderer
     from .renderer import render as render
     from .scene import Camera as Camera
     from .scene import Part as Part
@@ -35,11 +37,13 @@ _PUBLIC = {
     "Image": "image",
     "Mesh": "mesh",
     "Part": "scene",
+    "Renderer": "renderer",
     "Scene": "scene",
     "describe": "context",
     "evaluate": "evaluation",
     "load_environment": "environment",
     "pdf": "evaluation",
+    "plan_svg": "plan_picture",
     "render": "renderer",
     "sample": "evaluation",
     "sphere": "mesh",

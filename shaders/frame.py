@@ -1,9 +1,10 @@
-"""What passes share while a scene is rendered: the context, programs and pictures."""
+"""What passes share while a scene is rendered: the context, programs, resources and the counts."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
+from typing import Any, TypeVar
 
 import moderngl
 import numpy as np
@@ -11,14 +12,18 @@ from numpy.typing import NDArray
 
 from brdf.errors import UserError
 
+from .buffers import KeptBuffer
 from .context import Device
 from .program import Programs
-from .scene import Scene
+from .scene import Part, Scene
+from .tiers import effort
 
 # Texture units by the name of the sampler in GLSL; a picture's sampler has the picture's name.
-UNITS = {"radiance": 0, "frame": 1, "accumulation": 2, "linear": 3}
+UNITS = {"radiance": 0, "frame": 1, "sum_even": 2, "sum_odd": 3, "linear": 4}
 # Pixels a side that one draw shades: a weak GPU needs well below the two seconds after which Windows resets a driver.
 _TILE = 1024
+
+T = TypeVar("T")
 
 
 def check_size(device: Device, scene: Scene) -> None:
@@ -36,33 +41,63 @@ def check_size(device: Device, scene: Scene) -> None:
 class Frame:
     """The state of one rendering.
 
-    - `frames`: how often the jittered passes run.
-    - `samples_per_frame`: light samples in each from the cosine, from the environment, and from each lobe.
+    - `visible`: the parts that are drawn.
+    - `store`: the resources by name, also those of the frame before that this one needs.
+    - `running`: the names of the passes that run.
     - `draws`: how often a tile was drawn so far.
+    - `bytes_uploaded`: to the device so far.
     """
 
     device: Device
     scene: Scene
     programs: Programs
-    frames: int
-    samples_per_frame: tuple[int, int, int]
+    visible: tuple[Part, ...]
+    store: dict[str, Any]
+    running: frozenset[str]
     draws: int = 0
-    _pictures: dict[str, moderngl.Framebuffer] = dataclasses.field(default_factory=dict)
+    bytes_uploaded: int = 0
 
     @property
     def ctx(self) -> moderngl.Context:
         return self.device.ctx
 
+    def resource(self, name: str, kind: type[T]) -> T:
+        """A resource that an earlier pass has kept."""
+        found = self.store[name]
+        assert isinstance(found, kind)
+        return found
+
+    def keep(self, name: str, resource: object) -> None:
+        """Makes a resource that this pass writes known to later passes, and to later frames."""
+        self.store[name] = resource
+
+    def upload(self, name: str, data: bytes) -> moderngl.Buffer:
+        """A kept buffer with this content, of which only what differs from before is uploaded."""
+        kept = self.store.get(name)
+        if not isinstance(kept, KeptBuffer):
+            kept = self.store[name] = KeptBuffer(self.ctx)
+        self.bytes_uploaded += kept.update(data)
+        return kept.buffer
+
+    def sequence(self, number: int) -> tuple[int, int]:
+        """Which of the sums a jittered frame is added to, and how many were added to it before."""
+        index, seed = divmod(number, effort(self.scene).sums)
+        return seed, index
+
     def picture(self, name: str) -> moderngl.Framebuffer:
-        """The framebuffer of a picture, cleared when it is made; it has a depth buffer if it is the frame."""
-        if name not in self._pictures:
-            size = (self.scene.width, self.scene.height)
+        """The framebuffer of a picture of the scene's size, cleared when it is made; the frame has a depth buffer."""
+        size = (self.scene.width, self.scene.height)
+        kept = self.store.get(name)
+        if not isinstance(kept, moderngl.Framebuffer) or kept.size != size:
             texture = self.ctx.texture(size, 4, dtype="f4")
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
             depth = self.ctx.depth_renderbuffer(size) if name == "frame" else None
-            self._pictures[name] = self.ctx.framebuffer([texture], depth)
-            self._pictures[name].clear()
-        return self._pictures[name]
+            kept = self.ctx.framebuffer([texture], depth)
+            # Bound before the one of another size is freed, else the first draw has its viewport (moderngl 5.13).
+            kept.use()
+            kept.clear()
+            self.store[name] = kept
+        return kept
 
     def bind_picture(self, name: str) -> None:
         """Makes a picture readable by the sampler of its name."""

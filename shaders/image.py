@@ -12,6 +12,8 @@ from PIL import Image as PillowImage
 
 from brdf.errors import UserError
 
+from .plan import FramePlan
+
 # Together just below 1, so that what eight bits hold exactly is not rounded up; the second one covers the rounding of
 # float32, so that it is not rounded down either.
 _DITHER, _ROUNDING = 0.999, 5e-4
@@ -26,13 +28,17 @@ class Image:
     - `display`: the same picture for displays in [0, 1], tone-mapped and sRGB-encoded, colour not premultiplied; `None`
       if the scene asks for none.
     - `renderer`: the OpenGL device that made it.
-    - `counts`: what was done: passes run and dropped, frames, samples, draws, programs compiled, seconds.
+    - `counts`: what was done: `tier`; `passes` that ran, `reused` ones, and `dropped` ones with the reason; `draws`,
+      `culled_parts`, `bytes_uploaded`, `programs_compiled`, `milliseconds` by pass and `seconds`; of the picture, drawn
+      now or kept, the `frames`, `samples` per pixel, estimated `error` (see `Accumulation`) and why it `stopped`.
+    - `plan`: the passes as they were declared, and what became of each.
     """
 
     pixels: NDArray[np.float32]
     display: NDArray[np.float32] | None
     renderer: str
     counts: dict[str, Any]
+    plan: FramePlan
 
 
 def write_png(path: str | os.PathLike[str], display: ArrayLike) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+import hashlib
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +13,10 @@ from numpy.typing import NDArray
 _RINGS = 96
 
 
-@dataclasses.dataclass(frozen=True)
+# Two are equal if they are the same object: arrays have no equality of their own. Their content is in the digest.
+@dataclasses.dataclass(frozen=True, eq=False)
 class Mesh:
-    """Triangles with normals.
+    """Triangles with normals. Not to be changed once it has been rendered: make another one.
 
     - `positions`, `normals`: shape (n, 3), float32, world space, y up; normals unit, outwards.
     - `triangles`: shape (m, 3), uint32, counter-clockwise seen from outside.
@@ -23,7 +26,24 @@ class Mesh:
     normals: NDArray[np.float32]
     triangles: NDArray[np.uint32]
 
+    @functools.cached_property
+    def digest(self) -> str:
+        """A name for the content: equal for equal arrays."""
+        state = hashlib.blake2b(digest_size=16)
+        for array in (self.positions, self.normals, self.triangles):
+            state.update(repr(array.shape).encode())
+            state.update(np.ascontiguousarray(array).tobytes())
+        return state.hexdigest()
 
+    @functools.cached_property
+    def bounding_sphere(self) -> tuple[NDArray[np.float64], float]:
+        """Centre, shape (3,), and radius of a sphere around all positions; not the smallest one."""
+        positions = self.positions.astype(np.float64)
+        centre = (positions.min(axis=0) + positions.max(axis=0)) / 2
+        return centre, float(np.sqrt(np.square(positions - centre).sum(axis=1).max()))
+
+
+@functools.cache
 def sphere() -> Mesh:
     """A sphere of radius 1 about the origin."""
     polar, azimuth = np.meshgrid(

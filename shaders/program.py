@@ -60,7 +60,7 @@ def programs() -> Programs:
     return Programs(device().ctx)
 
 
-def set_uniforms(program: moderngl.Program, values: Mapping[str, Any]) -> None:
+def set_uniforms(program: moderngl.Program | moderngl.ComputeShader, values: Mapping[str, Any]) -> None:
     """Sets uniforms by name, except those that the driver has removed because they do not change the result.
 
     How much a driver removes differs: NVIDIA's takes the camera's position out of a model that ignores `wo`.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from typing import Literal
+from typing import Literal, get_args
 
 from brdf.errors import UserError
 from brdf.model import AbstractBRDF
@@ -17,10 +17,13 @@ from .twin import Twin
 
 _SIZE_MAX = 16384
 _SAMPLES_MAX = 1 << 20
+_ERROR_MIN = 1e-5
 _EXPOSURE_MAX = 64.0
 
 Vector = tuple[float, float, float]
 ToneMap = Literal["none", "neutral"]
+Sky = Literal["sharp", "blurred", "none"]
+Tier = Literal["interactive", "still", "truth"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -60,8 +63,14 @@ class Scene:
     - `camera`: the viewer.
     - `exposure`: in stops: the linear picture is multiplied by `2 ** exposure`.
     - `width`, `height`: in pixels.
-    - `samples`: directions of light per pixel, all densities and frames together; rounded up.
-    - `sky`: whether the environment is seen; without it the picture has a fourth channel, the coverage.
+    - `tier`: how light is gathered. `"truth"` adds up jittered frames until they converge, `"still"` draws a few.
+    - `error`: `"truth"` only: the RMS error of the picture at which it stops, see `Accumulation.error`. 0.002 unless
+      `samples` is given.
+    - `seconds`: `"truth"` only: it stops after this time, converged or not.
+    - `samples`: directions of light per pixel, all densities and frames together, rounded up to whole frames. With an
+      error it is the most, else the exact number.
+    - `sky`: whether the environment is seen, as it is or blurred; without it the picture has a fourth channel, the
+      coverage.
     - `tone_map`: `"neutral"` adds a picture for displays (Khronos PBR Neutral, sRGB), `"none"` does not.
 
     Raises `UserError` when a number is outside its range.
@@ -74,22 +83,44 @@ class Scene:
     exposure: float = 0.0
     width: int = 512
     height: int = 512
-    # The lattice of directions is more even at some numbers than at others: less grain than at 320 or 336.
-    samples: int = 352
-    sky: bool = True
+    tier: Tier = "truth"
+    error: float | None = None
+    seconds: float | None = None
+    samples: int | None = None
+    sky: Sky = "sharp"
     tone_map: ToneMap = "neutral"
 
     def __post_init__(self) -> None:
         if not self.parts:
             raise UserError("`parts = ()` draws nothing. Pass at least one `Part`.")
+        for name, kind in (("tier", Tier), ("sky", Sky), ("tone_map", ToneMap)):
+            if getattr(self, name) not in get_args(kind):
+                raise UserError(
+                    f"`{name} = {getattr(self, name)!r}` is none of {', '.join(map(repr, get_args(kind)))}."
+                )
+        self._check_effort()
         for name, value in (("width", self.width), ("height", self.height)):
             if not 1 <= value <= _SIZE_MAX:
                 raise UserError(f"`{name} = {value}` is outside [1, {_SIZE_MAX}] pixels. Choose a size in between.")
-        if not 1 <= self.samples <= _SAMPLES_MAX:
-            raise UserError(f"`samples = {self.samples}` is outside [1, {_SAMPLES_MAX}]. 352 is the default.")
         if not abs(self.exposure) <= _EXPOSURE_MAX:
             raise UserError(f"`exposure = {self.exposure}` stops is outside [-64, 64]. One stop doubles the light.")
         if not math.isfinite(self.rotation):
             raise UserError(f"`rotation = {self.rotation}` is not an angle. Pass radians.")
         if not 0 < self.camera.vertical_fov < math.pi:
             raise UserError(f"`vertical_fov = {self.camera.vertical_fov}` is outside (0, pi). Pass radians.")
+
+    def _check_effort(self) -> None:
+        if self.tier == "interactive":
+            raise UserError("`tier = 'interactive'` is not built yet. Use `'still'`, the next fastest, or `'truth'`.")
+        for name in ("error", "seconds"):
+            if getattr(self, name) is not None and self.tier != "truth":
+                raise UserError(
+                    f"`{name} = {getattr(self, name)}` is for `tier = 'truth'`, which alone goes on until it is "
+                    f"reached; this is `{self.tier!r}`. Leave `{name}` out or ask for the truth."
+                )
+        if self.error is not None and not _ERROR_MIN <= self.error <= 1:
+            raise UserError(f"`error = {self.error}` is outside [{_ERROR_MIN}, 1]. 0.002 is hardly visible.")
+        if self.seconds is not None and not 0 < self.seconds < math.inf:
+            raise UserError(f"`seconds = {self.seconds}` is no time limit. Pass a number above 0, or `None` for none.")
+        if self.samples is not None and not 1 <= self.samples <= _SAMPLES_MAX:
+            raise UserError(f"`samples = {self.samples}` is outside [1, {_SAMPLES_MAX}]. A few hundred are usual.")

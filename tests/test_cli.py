@@ -3,8 +3,11 @@
 import json
 import os
 import pathlib
+import re
+import signal
 import subprocess
 import sys
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -186,3 +189,58 @@ def test_a_measurement_is_evaluated_by_its_own_interpolation(shared, tmp_path):
     truth = table["si_wi_is_wi"]
     difference = np.abs(np.load(tmp_path / "v.npz")["value"] - truth) / np.maximum(np.abs(truth), 1e-3)
     assert np.median(difference) < 1e-4
+
+
+@pytest.mark.gpu
+def test_preview_prints_its_counts_and_draws_its_plan(material, tmp_path):
+    out = run(
+        "preview",
+        material,
+        "-o",
+        "m.png",
+        "--size",
+        "16",
+        "--tier",
+        "still",
+        "--stats",
+        "--graph",
+        "m.svg",
+        cwd=tmp_path,
+    )
+    assert re.search(r"surface_still +run +[\d.]+ ms", out.stdout)
+    assert re.search(r"blurred_sky +dropped +disabled", out.stdout)
+    assert re.search(r"bytes uploaded +[\d,]+", out.stdout)
+    # Oracle: the SVG parses, and has a box for each pass that was declared.
+    texts = [node.text for node in ElementTree.parse(tmp_path / "m.svg").iter() if node.tag.endswith("text")]
+    assert {"surface_still", "surface_truth", "tone_map"} <= set(texts)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["--tier", "still", "--error", "0.01"], "--error 0.01 needs --tier truth"),
+        (["--tier", "still", "--seconds", "3"], "--seconds 3 needs --tier truth"),
+        (["--stats", "--json"], "--json holds the statistics already"),
+        (["--error", "0"], "`error = 0.0` is outside"),
+        (["--graph", "m.png"], "does not end in .svg"),
+        (["--sky", "off"], "'sharp', 'blurred', 'none'"),
+    ],
+)
+def test_preview_refuses_options_that_do_not_go_together(material, tmp_path, arguments, complaint):
+    out = run("preview", material, "-o", "m.png", "--size", "16", *arguments, cwd=tmp_path, status=2)
+    assert complaint in out.stderr
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.gpu
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for one process")
+def test_a_preview_that_is_interrupted_leaves_nothing(material, tmp_path):
+    arguments = ["preview", str(material), "-o", "m.png", "--size", "64", "--error", "0.00001"]
+    command = [sys.executable, "-c", "from fitter.cli.main import main; main()", *arguments]
+    process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    assert process.stderr.readline().startswith("rendering")
+    process.send_signal(signal.SIGINT)
+    assert "brdf: stopped." in process.communicate(timeout=60)[1]
+    assert process.returncode == 130
+    assert os.listdir(tmp_path) == []

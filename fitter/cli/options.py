@@ -5,7 +5,9 @@ from __future__ import annotations
 import contextlib
 import os
 import pathlib
+import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -56,6 +58,30 @@ def progress(quiet: bool) -> Iterator[Callable[[str], None]]:
 
     with Console(stderr=True).status("starting") as status:
         yield status.update
+
+
+@contextlib.contextmanager
+def leaving_at_once() -> Iterator[None]:
+    """Inside, Ctrl-C ends the process where it stands, with status 130; for work that has nothing to clean up.
+
+    An exception would be lost or crash when it is raised in a garbage collector's callback, as JAX has one, or while a
+    compiled module is imported. Does nothing in a thread, where signals do not arrive.
+    """
+
+    def leave(signum: int, frame: object) -> None:
+        show_cursor = "\x1b[?25h" if sys.stderr.isatty() else ""
+        # Not through Python's buffers: the interruption may have come while one was written to.
+        os.write(2, f"{show_cursor}\nbrdf: stopped.\n".encode())
+        os._exit(130)
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, leave)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def value(text: str) -> Any:

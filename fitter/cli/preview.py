@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import pathlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from . import options
+
+if TYPE_CHECKING:
+    from shaders import Image, Scene
+
+_TIERS = ("interactive", "still", "truth")
 
 
 @click.command(name="preview")
@@ -25,8 +30,29 @@ from . import options
 )
 @click.option("--exposure", default=0.0, show_default=True, help="In stops: +1 is twice as bright.")
 @click.option("--size", default="512x512", show_default=True, metavar="WxH", help="Size in pixels.")
-@click.option("--samples", default=None, type=int, help="Directions of light per pixel; more is smoother and slower.")
-@click.option("--sky/--no-sky", default=True, show_default=True, help="Whether the environment is seen behind.")
+@click.option(
+    "--tier",
+    type=click.Choice(_TIERS),
+    default="truth",
+    show_default=True,
+    help="How light is gathered: truth converges, still is a few samples.",
+)
+@click.option(
+    "--error", default=None, type=float, help="truth: stops at this RMS error of the picture, white being 1.  [0.002]"
+)
+@click.option("--seconds", default=None, type=float, help="truth: stops after this time, converged or not.")
+@click.option(
+    "--samples", default=None, type=int, help="Directions of light per pixel; with --error or --seconds, the most."
+)
+@click.option(
+    "--sky",
+    type=click.Choice(["sharp", "blurred", "none"]),
+    default="sharp",
+    show_default=True,
+    help="How the environment is seen behind; none leaves it transparent.",
+)
+@click.option("--stats", is_flag=True, help="Prints what was done: passes, draws, uploads, times.")
+@click.option("--graph", default=None, metavar="FILE.svg", help="Draws the passes and what became of each.")
 @options.as_json
 @options.quiet
 @options.force
@@ -37,8 +63,13 @@ def command(
     rotate_deg: float,
     exposure: float,
     size: str,
+    tier: Any,
+    error: float | None,
+    seconds: float | None,
     samples: int | None,
-    sky: bool,
+    sky: Any,
+    stats: bool,
+    graph: str | None,
     as_json: bool,
     quiet: bool,
     force: bool,
@@ -51,25 +82,63 @@ def command(
     \b
     Example:
       brdf preview gold.json --environment studio.hdr -o gold.png
+      brdf preview gold.json --tier truth --error 0.001 --seconds 60 --stats -o gold.png
     """
     import json
+    import math
+
+    from brdf.errors import UserError
 
     options.check_output(output, (".png", ".exr"), force)
+    options.check_output(graph, (".svg",), force)
+    if stats and as_json:
+        raise click.UsageError("--json holds the statistics already. Leave --stats out.")
+    for name, value in (("--error", error), ("--seconds", seconds)):
+        if value is not None and tier != "truth":
+            raise click.UsageError(
+                f"{name} {value:g} needs --tier truth, the only one that goes on until it is reached; "
+                f"this is --tier {tier}. Leave {name} out or change the tier."
+            )
     width, height = _size(size)
-    with options.progress(quiet) as say:
+    if not math.isfinite(rotate_deg):
+        raise UserError(f"`--rotate-deg {rotate_deg}` is not an angle. Give degrees, such as 90.")
+    # Until there is a picture to write, nothing needs to be cleaned up.
+    with options.progress(quiet) as say, options.leaving_at_once():
         say(f"rendering {material}")
-        facts = _render(material, output, environment, rotate_deg, exposure, width, height, samples, sky, force)
+
+        import shaders
+        from brdf.material import load_material
+
+        scene = shaders.Scene(
+            parts=(shaders.Part(load_material(material).brdf),),
+            environment=shaders.load_environment(environment),
+            rotation=math.radians(rotate_deg),
+            exposure=exposure,
+            width=width,
+            height=height,
+            tier=tier,
+            error=error,
+            seconds=seconds,
+            samples=samples,
+            sky=sky,
+            tone_map="none" if pathlib.Path(output).suffix.lower() == ".exr" else "neutral",
+        )
+        image = shaders.render(scene)
+    _write(image, output, graph, force)
+    facts = _facts(scene, image, output)
     if as_json:
         click.echo(json.dumps(facts, indent=2))
-    else:
-        if facts["clamped"]:
-            click.echo(
-                f"brdf: {environment}: {facts['clamped']} values were negative or not finite: clamped.", err=True
-            )
-        click.echo(
-            f"{output}: {width}x{height}, environment {facts['environment']}, rotation {rotate_deg:g} deg, exposure "
-            f"{exposure:+g}, tone map {facts['tone_map']}, {facts['renderer']}, {facts['counts']['seconds']:.2f} s"
-        )
+        return
+    if facts["clamped"]:
+        click.echo(f"brdf: {environment}: {facts['clamped']} values were negative or not finite: clamped.", err=True)
+    click.echo(
+        f"{output}: {width}x{height}, environment {facts['environment']}, rotation {rotate_deg:g} deg, exposure "
+        f"{exposure:+g}, tone map {facts['tone_map']}, {facts['renderer']}, {_quality(image.counts)}"
+    )
+    if stats:
+        from ._preview_stats import stats_text
+
+        click.echo(stats_text(image.counts))
 
 
 def _size(text: str) -> tuple[int, int]:
@@ -79,56 +148,32 @@ def _size(text: str) -> tuple[int, int]:
     return int(parts[0]), int(parts[-1])
 
 
-def _render(
-    material: str,
-    output: str,
-    environment: str,
-    rotate_deg: float,
-    exposure: float,
-    width: int,
-    height: int,
-    samples: int | None,
-    sky: bool,
-    force: bool,
-) -> dict[str, Any]:
-    import dataclasses
-    import math
-
-    from brdf.errors import UserError
-
-    if not math.isfinite(rotate_deg):
-        raise UserError(f"`--rotate-deg {rotate_deg}` is not an angle. Give degrees, such as 90.")
-
+def _write(image: Image, output: str, graph: str | None, force: bool) -> None:
     import shaders
     from brdf.atomic import atomic_path
-    from brdf.material import load_material
 
-    is_linear = pathlib.Path(output).suffix.lower() == ".exr"
-    part = shaders.Part(load_material(material).brdf)
-    light = shaders.load_environment(environment)
-    scene = shaders.Scene(
-        parts=(part,),
-        environment=light,
-        rotation=math.radians(rotate_deg),
-        exposure=exposure,
-        width=width,
-        height=height,
-        sky=sky,
-        tone_map="none" if is_linear else "neutral",
-    )
-    if samples is not None:
-        scene = dataclasses.replace(scene, samples=samples)
-    image = shaders.render(scene)
     with atomic_path(output, force) as temporary:
         if image.display is None:
             shaders.write_exr(temporary, image.pixels)
         else:
             shaders.write_png(temporary, image.display)
+    if graph is not None:
+        with atomic_path(graph, force) as temporary:
+            temporary.write_text(shaders.plan_svg(image.plan, image.counts["milliseconds"]), encoding="utf-8")
+
+
+def _facts(scene: Scene, image: Image, output: str) -> dict[str, Any]:
     return {
         "picture": output,
-        "environment": light.name,
-        "clamped": light.clamped,
+        "environment": scene.environment.name,
+        "clamped": scene.environment.clamped,
         "tone_map": scene.tone_map,
         "renderer": image.renderer,
         "counts": image.counts,
     }
+
+
+def _quality(counts: dict[str, Any]) -> str:
+    """How good the picture is, and how long it took."""
+    error = "" if counts["error"] is None else f", error {counts['error']:.2g}"
+    return f"{counts['samples']} samples{error}, {counts['seconds']:.2f} s"

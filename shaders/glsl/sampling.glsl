@@ -1,6 +1,6 @@
 // Points, and directions from points with their densities in 1/sr.
 //
-// - Niederreiter 1992, "Random Number Generation and Quasi-Monte Carlo Methods", chapter 5: lattices.
+// - Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences": R2, from p^3 = p + 1.
 // - Cranley, Patterson 1976, "Randomization of Number Theoretic Methods for Multiple Integration": the shift per pixel.
 // - Jarzynski, Olano 2020, "Hash Functions for GPU Rendering", JCGT 9(3): pcg3d.
 // - Ahmed, Wonka 2020, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of
@@ -46,10 +46,9 @@ uvec2 pixel_shift(uvec2 pixel, uint stream) {
     return pcg3d(uvec3(stream)).xy + hilbert_index(pixel) * uvec2(1779033703u, 3144134277u);
 }
 
-// Point `index` of a golden-ratio lattice of `count` points, shifted, in units of 2^-32, so that no index loses digits:
-// evenly spaced in x, a Kronecker sequence in y.
-uvec2 lattice_point(uint index, uint count, uvec2 shift) {
-    return shift + index * uvec2(4294967295u / count, 2654435769u);
+// Point `index` of the R2 sequence (Roberts 2018), shifted, in units of 2^-32, so that no index loses digits.
+uvec2 sequence_point(uint index, uvec2 shift) {
+    return shift + index * uvec2(3242174889u, 2447445414u);
 }
 
 // A point in units of 2^-32 as one in [0, 1)^2.

@@ -1,11 +1,39 @@
 """The passes of a picture, one file each, in the order in which they run.
 
-Each file has `declare(scene) -> Pass` and `prepare(frame) -> Draw`, where `Draw` is called with the number of the
-jittered frame. A new pass is a file here, its shader in `glsl/pass/`, and its place in `PASSES`.
+Each file has `declare(scene) -> Pass` and `prepare(frame) -> Draw`. `prepare` is called when what the pass reads has
+been made, and `Draw` with the number of the jittered frame: once for each, or with 0 if the pass runs once. Resources
+are found by `frame.resource` and `frame.picture`, made known by `frame.keep`. A new pass is a file here, its shader in
+`glsl/pass/`, and its place in `PASSES`.
 """
 
 from __future__ import annotations
 
-from . import accumulate, resolve, sky, surface, tone_map
+from . import (
+    accumulate,
+    blurred_sky,
+    depth,
+    environment,
+    geometry,
+    light_table,
+    materials,
+    resolve,
+    sky,
+    surface_still,
+    surface_truth,
+    tone_map,
+)
 
-PASSES = (surface, sky, accumulate, resolve, tone_map)
+PASSES = (
+    environment,
+    blurred_sky,
+    light_table,
+    geometry,
+    materials,
+    depth,
+    surface_still,
+    surface_truth,
+    sky,
+    accumulate,
+    resolve,
+    tone_map,
+)

@@ -15,7 +15,7 @@ from ..scene import Scene
 def declare(scene: Scene) -> Pass:
     """Reads `linear`, writes `display`, shape (h, w, 4): sRGB in [0, 1], not premultiplied, and the coverage."""
     enabled = scene.tone_map == "neutral"
-    return Pass("tone_map", reads=frozenset({"linear"}), writes=frozenset({"display"}), enabled=enabled)
+    return Pass("tone_map", frozenset({"linear"}), frozenset({"display"}), enabled=enabled)
 
 
 def prepare(frame: Frame) -> Callable[[int], None]:

@@ -1,22 +1,20 @@
-"""How a picture is drawn: in tiles, within the device's limits, each environment prepared once, uniforms by name."""
+"""How a picture is drawn: in tiles, within the device's limits, uniforms by name."""
 
 from __future__ import annotations
 
-import gc
 import pathlib
 import re
 from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import brdf
 from brdf.model import AbstractBRDF
-from shaders import Environment, Image, Part, Scene, frame, lighting, load_environment, render
+from shaders import Environment, Image, Part, Scene, frame, load_environment, render
 from shaders.context import check, device
-from shaders.light_table import light_table
 from shaders.program import set_uniforms
+from shaders.scene import Sky
 
 _SHADERS = pathlib.Path(frame.__file__).parent
 
@@ -33,8 +31,8 @@ def _picture(material: AbstractBRDF, environment: Environment, **scene: Any) -> 
 
 
 @pytest.mark.gpu
-@pytest.mark.parametrize("sky", [True, False])
-def test_a_picture_drawn_in_tiles_is_the_same_to_the_last_bit(monkeypatch: pytest.MonkeyPatch, sky: bool):
+@pytest.mark.parametrize("sky", ["sharp", "none"])
+def test_a_picture_drawn_in_tiles_is_the_same_to_the_last_bit(monkeypatch: pytest.MonkeyPatch, sky: Sky):
     settings: dict[str, Any] = {"width": 90, "height": 70, "samples": 56, "sky": sky, "tone_map": "neutral"}
     whole = _picture(brdf.build("lambert+ggx"), _smooth(), **settings)
     monkeypatch.setattr(frame, "_TILE", 32)
@@ -66,26 +64,6 @@ def test_an_environment_larger_than_the_textures_of_the_device_is_refused(monkey
 
 
 @pytest.mark.gpu
-def test_an_environment_is_prepared_once_and_forgotten_with_its_last_reference(monkeypatch: pytest.MonkeyPatch):
-    made: list[tuple[int, ...]] = []
-
-    def counted(pixels: NDArray[np.float32]) -> Any:
-        made.append(pixels.shape)
-        return light_table(pixels)
-
-    monkeypatch.setattr(lighting, "light_table", counted)
-    environment, before = _smooth(), len(lighting._kept)
-    for expression in ("lambert", "ggx", "lambert+ggx"):
-        _picture(brdf.build(expression), environment, samples=6)
-    assert made == [(64, 128, 3)]
-    _picture(brdf.build("lambert"), _smooth(), samples=6)
-    assert len(made) == 2
-    del environment
-    gc.collect()
-    assert len(lighting._kept) <= before
-
-
-@pytest.mark.gpu
 def test_a_uniform_that_the_driver_removed_is_skipped_and_the_others_are_set():
     # A driver may remove what a model ignores: lambert needs no camera position on NVIDIA. Mesa removes the unused too.
     ctx = device().ctx
@@ -108,7 +86,9 @@ def test_every_uniform_that_a_pass_sets_is_declared_in_a_shader():
     # A name that is skipped because it is misspelt would not be noticed otherwise.
     glsl = "\n".join(path.read_text(encoding="utf-8") for path in (_SHADERS / "glsl").rglob("*.*"))
     declared = set(re.findall(r"^uniform \w+ (\w+);", glsl, re.MULTILINE))
-    passes = "\n".join(path.read_text(encoding="utf-8") for path in (_SHADERS / "passes").glob("*.py"))
-    named = set(re.findall(r"\"(\w+)\":", passes)) - {"material"}  # an included text
+    files = [*(_SHADERS / "passes").glob("*.py"), *(_SHADERS / name for name in ("surface.py", "drawing.py"))]
+    passes = "\n".join(path.read_text(encoding="utf-8") for path in files)
+    # Lower case: those in capitals are macros. An included text is no uniform either.
+    named = set(re.findall(r"\"([a-z_]+)\":", passes)) - {"material"}
     assert len(named) > 10
     assert named <= declared

@@ -1,4 +1,4 @@
-// The environment behind the meshes.
+// The environment behind the meshes, with coverage 0: that is the share of the meshes.
 
 #include "environment.glsl"
 
@@ -13,5 +13,5 @@ out vec4 color;
 
 void main() {
     vec3 ray = view_rays * vec3(ndc - jitter_ndc, 1.0);
-    color = vec4(environment_radiance(environment_uv(world_to_environment * ray)), 1.0);
+    color = vec4(environment_radiance(environment_uv(world_to_environment * ray)), 0.0);
 }

@@ -18,10 +18,11 @@ in vec3 world_normal;
 
 uniform vec3 camera_position;
 uniform mat3 world_to_environment;
-// Samples in this frame from the cosine, from the environment and from each lobe, the frame's number and how many there are.
+// Samples in this frame from the cosine, from the environment and from each lobe; how many frames came before it in its
+// sum, and which of the two sums that is.
 uniform ivec3 samples;
-uniform int frame_number;
-uniform int frames;
+uniform int first;
+uniform uint seed;
 
 out vec4 color;
 
@@ -57,11 +58,10 @@ void main() {
     wo = normalize(vec3(wo.xy, max(wo.z, COS_O_MIN)));
     vec3 sum = vec3(0.0);
     for (int technique = 0; technique < TECHNIQUES; technique++) {
-        uvec2 shift = pixel_shift(uvec2(gl_FragCoord.xy), uint(technique));
+        uvec2 shift = pixel_shift(uvec2(gl_FragCoord.xy), uint(technique) + seed * uint(TECHNIQUES));
         int count = samples[min(technique, 2)];
         for (int i = 0; i < count; i++) {
-            // Every frame gets its share of all of the lattice.
-            uvec2 point = lattice_point(uint(frame_number + i * frames), uint(count * frames), shift);
+            uvec2 point = sequence_point(uint(first * count + i), shift);
             vec3 wi = sample_technique(technique, wo, local_to_environment, point);
             if (wi.z > HORIZON) {
                 Geometry g = geometry(wi, wo);

@@ -6,6 +6,8 @@ in vec3 normal;
 uniform mat4 view_projection;
 uniform vec2 jitter_ndc;
 
+// The depth pass and the surface pass compute the same depth to the last bit.
+invariant gl_Position;
 out vec3 world_position;
 out vec3 world_normal;
 

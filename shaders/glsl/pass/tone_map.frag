@@ -1,38 +1,14 @@
 // From the linear picture, with colour premultiplied by coverage, to a display's: tone curve, then sRGB encoding, with
 // straight coverage as PNG stores it.
-//
-// - Khronos 2024, "Khronos PBR Neutral Tone Mapper" specification.
-// - IEC 61966-2-1:1999, the sRGB encoding.
+
+#include "tone_map.glsl"
 
 uniform sampler2D linear;
 
 out vec4 color;
 
-const float START_COMPRESSION = 0.8 - 0.04;
-const float DESATURATION = 0.15;
-
-// Keeps base colours below START_COMPRESSION and compresses brighter ones towards white (Khronos 2024).
-vec3 khronos_neutral(vec3 c) {
-    float least = min(c.r, min(c.g, c.b));
-    c -= least < 0.08 ? least - 6.25 * least * least : 0.04;
-    float peak = max(c.r, max(c.g, c.b));
-    if (peak < START_COMPRESSION) {
-        return c;
-    }
-    float d = 1.0 - START_COMPRESSION;
-    float new_peak = 1.0 - d * d / (peak + d - START_COMPRESSION);
-    c *= new_peak / peak;
-    float g = 1.0 - 1.0 / (DESATURATION * (peak - new_peak) + 1.0);
-    return mix(c, vec3(new_peak), g);
-}
-
-float srgb_encode(float x) {
-    return x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1.0 / 2.4) - 0.055;
-}
-
 void main() {
     vec4 c = texelFetch(linear, ivec2(gl_FragCoord.xy), 0);
     vec3 straight = c.a > 0.0 ? c.rgb / c.a : vec3(0.0);
-    vec3 mapped = clamp(khronos_neutral(straight), 0.0, 1.0);
-    color = vec4(srgb_encode(mapped.r), srgb_encode(mapped.g), srgb_encode(mapped.b), c.a);
+    color = vec4(srgb_encode_clipped(khronos_neutral(straight)), c.a);
 }

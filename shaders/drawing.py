@@ -1,0 +1,76 @@
+"""Drawing the visible parts with their buffers bound; what all surface passes share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import moderngl
+
+from .buffers import KeptBuffer
+from .frame import Frame
+from .material_block import BINDING
+from .program import set_uniforms
+from .scene import Part
+from .twin import FIRST_BUFFER
+from .view import jitter_ndc, view_projection
+
+
+def mesh_name(part: Part) -> str:
+    """The resource of a part's mesh."""
+    return f"mesh[{part.mesh.digest[:8]}]"
+
+
+def block_name(index: int) -> str:
+    """The resource of the uniform block of the visible part of this index."""
+    return f"block[{index}]"
+
+
+def table_name(index: int, table: int) -> str:
+    """The resource of a storage buffer of the visible part of this index."""
+    return f"table[{index}.{table}]"
+
+
+def prepare_parts(
+    frame: Frame, program_of: Callable[[Part], moderngl.Program], values: Mapping[str, Any]
+) -> Callable[[int], None]:
+    """The drawing of all visible parts into `frame`, called with the number of the jittered frame.
+
+    **Arguments:**
+
+    - `frame`: whose resources the passes `geometry` and `materials` have made.
+    - `program_of`: the program of a part; its vertex shader is `pass/surface.vert`.
+    - `values`: uniforms, beside those of the vertex shader.
+    """
+    projection = view_projection(frame.scene)
+    draws = [_prepare(frame, index, part, program_of(part)) for index, part in enumerate(frame.visible)]
+
+    def draw(number: int) -> None:
+        seed, index = frame.sequence(number)
+        own = {"view_projection": projection, "jitter_ndc": jitter_ndc(frame.scene, index, seed)}
+        for program, draw_part in draws:
+            set_uniforms(program, own | dict(values))
+            draw_part()
+
+    return draw
+
+
+def _prepare(
+    frame: Frame, index: int, part: Part, program: moderngl.Program
+) -> tuple[moderngl.Program, Callable[[], None]]:
+    positions, normals, triangles = frame.resource(mesh_name(part), tuple)
+    # The depth alone needs no normals, and then the program does not have them.
+    inputs = [
+        (buffer, "3f", name) for buffer, name in ((positions, "position"), (normals, "normal")) if name in program
+    ]
+    mesh = frame.ctx.vertex_array(program, inputs, index_buffer=triangles)
+    block = frame.resource(block_name(index), KeptBuffer).buffer
+    tables = [frame.resource(table_name(index, table), KeptBuffer).buffer for table in range(len(part.twin.buffers))]
+
+    def draw() -> None:
+        block.bind_to_uniform_block(BINDING)
+        for binding, buffer in enumerate(tables, FIRST_BUFFER):
+            buffer.bind_to_storage_buffer(binding)
+        frame.draw_in_tiles("frame", lambda: mesh.render(moderngl.TRIANGLES))
+
+    return program, draw

@@ -1,0 +1,3 @@
+// Leaves nothing but the depth.
+
+void main() {}

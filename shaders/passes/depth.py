@@ -1,0 +1,42 @@
+"""Draws the depth of the parts before their colour, so that no pixel is shaded that another part then hides."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import moderngl
+
+from ..culling import visible_parts
+from ..drawing import mesh_name, prepare_parts
+from ..frame import Frame
+from ..plan import Pass
+from ..scene import Scene
+
+NAME = "depth"
+
+
+def declare(scene: Scene) -> Pass:
+    """Writes `depth`, which is the frame's; enabled for several visible parts: one alone hides little of itself."""
+    parts = visible_parts(scene)
+    return Pass(
+        NAME,
+        reads=frozenset(mesh_name(part) for part in parts),
+        writes=frozenset({"depth"}),
+        key=(scene.camera, scene.width, scene.height),
+        enabled=len(parts) > 1,
+        every_frame=True,
+    )
+
+
+def prepare(frame: Frame) -> Callable[[int], None]:
+    """The drawing of one frame."""
+    program = frame.programs.graphics("pass/surface.vert", "pass/depth.frag", {}, {})
+    draw_parts = prepare_parts(frame, lambda part: program, {})
+
+    def draw(number: int) -> None:
+        frame.picture("frame").clear()
+        frame.ctx.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        frame.ctx.depth_func = "<"
+        draw_parts(number)
+
+    return draw

@@ -1,0 +1,59 @@
+"""How much each tier draws: samples in a frame, and how many frames."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from .scene import Scene
+
+
+@dataclasses.dataclass(frozen=True)
+class Effort:
+    """What a tier draws.
+
+    - `per_frame`: light samples in one jittered frame from the cosine, from the environment, and from each lobe.
+    - `samples`: of one pixel in all frames together, unless the scene says otherwise.
+    - `sums`: 2 if frames are added up by turns in two sums, from whose difference the error is known; else 1.
+    - `error`: at which it stops, unless the scene says otherwise; `None` if it does not ask.
+    """
+
+    per_frame: tuple[int, int, int]
+    samples: int
+    sums: int
+    error: float | None
+
+
+EFFORTS = {
+    "still": Effort(per_frame=(4, 4, 8), samples=64, sums=1, error=None),
+    "truth": Effort(per_frame=(4, 4, 8), samples=1024, sums=2, error=0.002),
+}
+# The most of a truth that is asked for an error or a time: hours, for a picture that cannot reach them.
+_SAMPLES_MAX = 1 << 20
+
+
+def effort(scene: Scene) -> Effort:
+    """What the scene's tier draws."""
+    return EFFORTS[scene.tier]
+
+
+def samples_in_frame(scene: Scene) -> int:
+    """The light samples of one pixel in one jittered frame, for the part with the most specular lobes."""
+    cosine, light, lobe = effort(scene).per_frame
+    return cosine + light + lobe * max(part.twin.proposals for part in scene.parts)
+
+
+def wanted_error(scene: Scene) -> float | None:
+    """The error at which frames are enough; `None` if their number is fixed."""
+    if scene.error is None and scene.samples is not None:
+        return None
+    return effort(scene).error if scene.error is None else scene.error
+
+
+def frames_at_most(scene: Scene) -> int:
+    """How many frames are drawn if no error and no time stops them; as many in each sum."""
+    samples = scene.samples
+    if samples is None:
+        is_open = scene.error is not None or scene.seconds is not None
+        samples = _SAMPLES_MAX if is_open else effort(scene).samples
+    sums = effort(scene).sums
+    return sums * -(-samples // (sums * samples_in_frame(scene)))
