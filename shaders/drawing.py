@@ -32,7 +32,10 @@ def table_name(index: int, table: int) -> str:
 
 
 def prepare_parts(
-    frame: Frame, program_of: Callable[[Part], moderngl.Program], values: Mapping[str, Any]
+    frame: Frame,
+    program_of: Callable[[Part], moderngl.Program],
+    values: Mapping[str, Any],
+    bind: Callable[[int], None],
 ) -> Callable[[int], None]:
     """The drawing of all visible parts into `frame`, called with the number of the jittered frame.
 
@@ -41,36 +44,37 @@ def prepare_parts(
     - `frame`: whose resources the passes `geometry` and `materials` have made.
     - `program_of`: the program of a part; its vertex shader is `pass/surface.vert`.
     - `values`: uniforms, beside those of the vertex shader.
+    - `bind`: called with the index of a part before it is drawn, binds what its program reads.
     """
     projection = view_projection(frame.scene)
-    draws = [_prepare(frame, index, part, program_of(part)) for index, part in enumerate(frame.visible)]
+    draws = [_prepare(frame, part, program_of(part)) for part in frame.visible]
 
     def draw(number: int) -> None:
-        seed, index = frame.sequence(number)
-        own = {"view_projection": projection, "jitter_ndc": jitter_ndc(frame.scene, index, seed)}
-        for program, draw_part in draws:
+        seed, point = frame.sequence(number)
+        own = {"view_projection": projection, "jitter_ndc": jitter_ndc(frame.scene, point, seed)}
+        for index, (program, mesh) in enumerate(draws):
             set_uniforms(program, own | dict(values))
-            draw_part()
+            bind(index)
+            frame.draw_in_tiles("frame", lambda mesh=mesh: mesh.render(moderngl.TRIANGLES))
 
     return draw
 
 
-def _prepare(
-    frame: Frame, index: int, part: Part, program: moderngl.Program
-) -> tuple[moderngl.Program, Callable[[], None]]:
+def bind_materials(frame: Frame) -> Callable[[int], None]:
+    """What binds the uniform block and the tables of a part, as the pass `materials` has made them."""
+
+    def bind(index: int) -> None:
+        frame.resource(block_name(index), KeptBuffer).buffer.bind_to_uniform_block(BINDING)
+        for table in range(len(frame.visible[index].twin.buffers)):
+            frame.resource(table_name(index, table), KeptBuffer).buffer.bind_to_storage_buffer(FIRST_BUFFER + table)
+
+    return bind
+
+
+def _prepare(frame: Frame, part: Part, program: moderngl.Program) -> tuple[moderngl.Program, moderngl.VertexArray]:
     positions, normals, triangles = frame.resource(mesh_name(part), tuple)
     # The depth alone needs no normals, and then the program does not have them.
     inputs = [
         (buffer, "3f", name) for buffer, name in ((positions, "position"), (normals, "normal")) if name in program
     ]
-    mesh = frame.ctx.vertex_array(program, inputs, index_buffer=triangles)
-    block = frame.resource(block_name(index), KeptBuffer).buffer
-    tables = [frame.resource(table_name(index, table), KeptBuffer).buffer for table in range(len(part.twin.buffers))]
-
-    def draw() -> None:
-        block.bind_to_uniform_block(BINDING)
-        for binding, buffer in enumerate(tables, FIRST_BUFFER):
-            buffer.bind_to_storage_buffer(binding)
-        frame.draw_in_tiles("frame", lambda: mesh.render(moderngl.TRIANGLES))
-
-    return program, draw
+    return program, frame.ctx.vertex_array(program, inputs, index_buffer=triangles)

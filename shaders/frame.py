@@ -14,14 +14,19 @@ from brdf.errors import UserError
 
 from .buffers import KeptBuffer
 from .context import Device
+from .lighting import UNIT
 from .program import Programs
 from .scene import Part, Scene
 from .tiers import effort
 
 # Texture units by the name of the sampler in GLSL; a picture's sampler has the picture's name.
-UNITS = {"radiance": 0, "frame": 1, "sum_even": 2, "sum_odd": 3, "linear": 4}
+UNITS = {"radiance": UNIT, "frame": 1, "sum_even": 2, "sum_odd": 3, "linear": 4}
+# The first of those of a material's blurred environments.
+FIRST_BLUR = 5
 # Pixels a side that one draw shades: a weak GPU needs well below the two seconds after which Windows resets a driver.
 _TILE = 1024
+# More are an error on some software renderers.
+_MULTISAMPLES = 4
 
 T = TypeVar("T")
 
@@ -61,6 +66,11 @@ class Frame:
     def ctx(self) -> moderngl.Context:
         return self.device.ctx
 
+    @property
+    def samples_per_pixel(self) -> int:
+        """Of the frame's edges; 0 where jittered frames smooth them."""
+        return min(_MULTISAMPLES, self.ctx.max_samples) if self.scene.tier == "interactive" else 0
+
     def resource(self, name: str, kind: type[T]) -> T:
         """A resource that an earlier pass has kept."""
         found = self.store[name]
@@ -81,17 +91,22 @@ class Frame:
 
     def sequence(self, number: int) -> tuple[int, int]:
         """Which of the sums a jittered frame is added to, and how many were added to it before."""
-        index, seed = divmod(number, effort(self.scene).sums)
+        index, seed = divmod(number, max(effort(self.scene).sums, 1))
         return seed, index
 
     def picture(self, name: str) -> moderngl.Framebuffer:
-        """The framebuffer of a picture of the scene's size, cleared when it is made; the frame has a depth buffer."""
+        """The framebuffer of a picture of the scene's size, cleared when it is made.
+
+        The frame has a depth buffer, and several samples per pixel where it is the only one.
+        """
         size = (self.scene.width, self.scene.height)
+        samples = self.samples_per_pixel if name == "frame" else 0
         kept = self.store.get(name)
-        if not isinstance(kept, moderngl.Framebuffer) or kept.size != size:
-            texture = self.ctx.texture(size, 4, dtype="f4")
-            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-            depth = self.ctx.depth_renderbuffer(size) if name == "frame" else None
+        if not isinstance(kept, moderngl.Framebuffer) or kept.size != size or kept.samples != samples:
+            texture = self.ctx.texture(size, 4, dtype="f4", samples=samples)
+            if not samples:
+                texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            depth = self.ctx.depth_renderbuffer(size, samples=samples) if name == "frame" else None
             kept = self.ctx.framebuffer([texture], depth)
             # Bound before the one of another size is freed, else the first draw has its viewport (moderngl 5.13).
             kept.use()

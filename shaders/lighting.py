@@ -11,6 +11,9 @@ from brdf.errors import UserError
 from .environment import Environment
 from .light_table import light_table
 
+# The texture unit of an environment's picture.
+UNIT = 0
+
 
 @dataclasses.dataclass(frozen=True)
 class LightBuffers:

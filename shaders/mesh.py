@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 # Enough that the outline of a sphere 500 pixels wide is off by less than a tenth of a pixel.
-_RINGS = 96
+_RINGS = 64
 
 
 # Two are equal if they are the same object: arrays have no equality of their own. Their content is in the digest.

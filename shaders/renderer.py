@@ -69,7 +69,7 @@ class Renderer:
             self._versions |= written
         pixels = _channels(frame.read("linear"), scene)
         display = _channels(frame.read("display"), scene) if scene.tone_map != "none" else None
-        sums = frame.resource("accumulation", Accumulation)
+        sums = self._store.get("accumulation") or Accumulation(frames=1, stopped="there is one frame")
         counts = {
             "tier": scene.tier,
             "passes": [one.name for one in frame_plan.passes],
@@ -127,7 +127,7 @@ def _run_frames(frame: Frame, passes: tuple[Pass, ...], times: PassTimes, starte
     for one in passes:
         with times.measure(one.name, waits=True):
             draws.append((one.name, _MODULES[one.name].prepare(frame)))
-    progress = Progress(frame, started)
+    progress = Progress(frame, started) if accumulate.NAME in frame.running else None
     for number in itertools.count():
         for name, draw in draws:
             with times.measure(name, waits=False):
@@ -135,7 +135,7 @@ def _run_frames(frame: Frame, passes: tuple[Pass, ...], times: PassTimes, starte
             check(frame.ctx, f"running the pass {name}")
         # A frame at a time: a queue of many would make a desktop's driver take the process for hung.
         frame.ctx.finish()
-        if accumulate.NAME not in frame.running or progress.add(frame.resource("accumulation", Accumulation)):
+        if progress is None or progress.add(frame.resource("accumulation", Accumulation)):
             break
 
 

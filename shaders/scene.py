@@ -63,7 +63,8 @@ class Scene:
     - `camera`: the viewer.
     - `exposure`: in stops: the linear picture is multiplied by `2 ** exposure`.
     - `width`, `height`: in pixels.
-    - `tier`: how light is gathered. `"truth"` adds up jittered frames until they converge, `"still"` draws a few.
+    - `tier`: how light is gathered. `"interactive"` looks it up in blurred environments (`round_lobes`), `"still"`
+      adds up a few jittered frames, `"truth"` goes on until they converge.
     - `error`: `"truth"` only: the RMS error of the picture at which it stops, see `Accumulation.error`. 0.002 unless
       `samples` is given.
     - `seconds`: `"truth"` only: it stops after this time, converged or not.
@@ -110,8 +111,11 @@ class Scene:
             raise UserError(f"`vertical_fov = {self.camera.vertical_fov}` is outside (0, pi). Pass radians.")
 
     def _check_effort(self) -> None:
-        if self.tier == "interactive":
-            raise UserError("`tier = 'interactive'` is not built yet. Use `'still'`, the next fastest, or `'truth'`.")
+        if self.tier == "interactive" and self.samples is not None:
+            raise UserError(
+                f"`samples = {self.samples}` is for `tier = 'still'` and `'truth'`; `'interactive'` draws none. "
+                "Leave it out or choose another tier."
+            )
         for name in ("error", "seconds"):
             if getattr(self, name) is not None and self.tier != "truth":
                 raise UserError(

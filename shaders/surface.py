@@ -7,7 +7,7 @@ from collections.abc import Callable
 import moderngl
 
 from .culling import visible_parts
-from .drawing import block_name, mesh_name, prepare_parts, table_name
+from .drawing import bind_materials, block_name, mesh_name, prepare_parts, table_name
 from .frame import UNITS, Frame
 from .lighting import LightBuffers
 from .passes import depth
@@ -49,7 +49,7 @@ def prepare_sampled(frame: Frame) -> Callable[[int], None]:
         "light_guide_shift": light.guide_shift,
         "samples": effort(frame.scene).per_frame,
     }
-    draw_parts = prepare_parts(frame, lambda part: programs[part.twin.text], values)
+    draw_parts = prepare_parts(frame, lambda part: programs[part.twin.text], values, bind_materials(frame))
 
     def draw(number: int) -> None:
         if depth.NAME not in frame.running:

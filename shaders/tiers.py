@@ -13,7 +13,8 @@ class Effort:
 
     - `per_frame`: light samples in one jittered frame from the cosine, from the environment, and from each lobe.
     - `samples`: of one pixel in all frames together, unless the scene says otherwise.
-    - `sums`: 2 if frames are added up by turns in two sums, from whose difference the error is known; else 1.
+    - `sums`: 2 if frames are added up by turns in two sums, from whose difference the error is known; 0 if there is
+      one frame and nothing to add up.
     - `error`: at which it stops, unless the scene says otherwise; `None` if it does not ask.
     """
 
@@ -24,6 +25,7 @@ class Effort:
 
 
 EFFORTS = {
+    "interactive": Effort(per_frame=(0, 0, 0), samples=0, sums=0, error=None),
     "still": Effort(per_frame=(4, 4, 8), samples=64, sums=1, error=None),
     "truth": Effort(per_frame=(4, 4, 8), samples=1024, sums=2, error=0.002),
 }

@@ -68,7 +68,10 @@ def world_to_environment(scene: Scene) -> tuple[float, ...]:
 def jitter_ndc(scene: Scene, index: int, seed: int) -> tuple[float, float]:
     """The offset of a frame within the pixel, in units where the picture is 2 wide and high.
 
-    R2 points by index; the second of two sequences is the first one moved by half a pixel each way.
+    R2 points by index; the second of two sequences is the first one moved by half a pixel each way. An only frame is
+    not moved: it has several samples per pixel.
     """
+    if scene.tier == "interactive":
+        return 0.0, 0.0
     x, y = ((0.5 * (seed + 1) + (index + 1) * step) % 1 - 0.5 for step in _R2)
     return 2 * x / scene.width, 2 * y / scene.height

@@ -105,11 +105,8 @@ def cache_compilations() -> None:
 
 
 def cache_folder() -> str | None:
-    """The folder for compiled programs; None if it cannot be written, which is no error: they are compiled anew."""
-    base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    folder = pathlib.Path(os.environ.get("BRDF_CACHE_DIR") or pathlib.Path(base) / "brdf-fitter") / "jax"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return None
-    return str(folder) if os.access(folder, os.W_OK) else None
+    """The folder for compiled programs; None if it cannot be written."""
+    from brdf.cache import cache_folder as folder
+
+    found = folder("jax")
+    return None if found is None else str(found)

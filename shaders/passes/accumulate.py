@@ -24,7 +24,8 @@ def declare(scene: Scene) -> Pass:
     sums = ("sum_even", "sum_odd")[: effort(scene).sums]
     key = (scene.tier, scene.error, scene.seconds, scene.samples)
     writes = frozenset({"accumulation", *sums})
-    return Pass(NAME, reads=frozenset({"frame"}), writes=writes, key=key, every_frame=True)
+    enabled = effort(scene).sums > 0
+    return Pass(NAME, frozenset({"frame"}), writes, key, enabled, every_frame=True)
 
 
 def prepare(frame: Frame) -> Callable[[int], None]:

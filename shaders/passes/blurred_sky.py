@@ -15,7 +15,7 @@ def declare(scene: Scene) -> Pass:
     """Writes `blurred_sky`, a texture like `radiance`; enabled for `scene.sky = "blurred"`."""
     enabled = scene.sky == "blurred"
     writes = frozenset({"blurred_sky"})
-    return Pass("blurred_sky", reads=frozenset(), writes=writes, key=scene.environment, enabled=enabled)
+    return Pass("blurred_sky", reads=frozenset(), writes=writes, key=scene.environment.digest, enabled=enabled)
 
 
 def prepare(frame: Frame) -> Callable[[int], None]:

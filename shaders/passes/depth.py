@@ -31,7 +31,7 @@ def declare(scene: Scene) -> Pass:
 def prepare(frame: Frame) -> Callable[[int], None]:
     """The drawing of one frame."""
     program = frame.programs.graphics("pass/surface.vert", "pass/depth.frag", {}, {})
-    draw_parts = prepare_parts(frame, lambda part: program, {})
+    draw_parts = prepare_parts(frame, lambda part: program, {}, lambda index: None)
 
     def draw(number: int) -> None:
         frame.picture("frame").clear()

@@ -12,7 +12,7 @@ from ..scene import Scene
 
 def declare(scene: Scene) -> Pass:
     """Writes `radiance`, a texture."""
-    return Pass("environment", reads=frozenset(), writes=frozenset({"radiance"}), key=scene.environment)
+    return Pass("environment", reads=frozenset(), writes=frozenset({"radiance"}), key=scene.environment.digest)
 
 
 def prepare(frame: Frame) -> Callable[[int], None]:

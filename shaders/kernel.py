@@ -1,0 +1,126 @@
+"""Round kernels: how light from around a direction is weighted when an environment is blurred for a lobe.
+
+A kernel of width alpha weighs the angle theta from its middle by
+
+    (1 + tan^2(theta / 2) / alpha^2)^-power,    exp(-tan^2(theta / 2) / alpha^2) for an infinite power:
+
+seen along the normal, a mirror's image blurred by GGX (power 2), by Beckmann and its likes (infinite), or by the tails
+between and beyond them. Two more have no width and end at the horizon of the normal that they lie about: the cosine of
+a diffuse surface, and cos / (cos + 1/4), to which very rough facets tend. The integral of each is 1.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .harmonics import kernel_coefficients
+
+POWERS = (1.5, 2.0, 3.0, math.inf)
+# Widths are those of a geometric row, so that materials that nearly agree share their blurred environments.
+STEPS_PER_OCTAVE = 4
+# Below it a kernel is narrower than a texel of the picture that it blurs: the picture itself serves.
+WIDTH_MIN = 0.004
+# Narrower kernels are sampled, wider ones convolved, which costs the square of 1 / width.
+WIDTH_SAMPLED = 0.03
+_NODES = 512
+_CROWDING = 4
+
+
+@dataclasses.dataclass(frozen=True, order=True)
+class Kernel:
+    """A round kernel.
+
+    - `power`: one of `POWERS`, or 0 for one that ends at the horizon.
+    - `step`: the width is `2 ** (step / STEPS_PER_OCTAVE)`; of those of power 0, a number.
+    """
+
+    power: float
+    step: int
+
+    @property
+    def width(self) -> float:
+        return 2.0 ** (self.step / STEPS_PER_OCTAVE)
+
+    @property
+    def name(self) -> str:
+        """Short, unique and fit for a file's name."""
+        if self.power == 0:
+            return "cosine" if self == COSINE else "saturated"
+        return f"{'gaussian' if math.isinf(self.power) else f'power{self.power:g}'}_{self.width:.4f}"
+
+    @property
+    def degree(self) -> int:
+        """The degree in spherical harmonics above which 1e-3 of the kernel's value, or less, is left."""
+        if self.power == 0:
+            return 40
+        return max(math.ceil((3.2 if math.isinf(self.power) else 4.6) / self.width), 24)
+
+    @property
+    def texels(self) -> int:
+        """Texels along an edge of the cube that holds an environment blurred by it: three to its half width."""
+        if self.power == 0:
+            return 64
+        return int(np.clip(2 ** math.ceil(math.log2(3.2 / self.width)), 16, 128))
+
+    def values(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The kernel in 1/sr at x = tan^2(theta / 2)."""
+        return _shape(x, self) / _integral(self)
+
+    def coefficients(self) -> NDArray[np.float64]:
+        """What the blur multiplies each degree of spherical harmonics by, from 0 to `degree`."""
+        return _coefficients(self)
+
+
+COSINE = Kernel(0.0, 0)
+SATURATED = Kernel(0.0, 1)
+
+
+def nearest_kernel(power: float, width: float) -> Kernel:
+    """The kernel whose width is next to the wanted one."""
+    return Kernel(power, round(STEPS_PER_OCTAVE * math.log2(width)))
+
+
+def round_values(x: NDArray[np.float64], power: float, width: float) -> NDArray[np.float64]:
+    """A kernel of any width, in 1/sr at x = tan^2(theta / 2)."""
+    return _round(x, power, width) / _round_integral(power, width)
+
+
+def _round(x: NDArray[np.float64], power: float, width: float) -> NDArray[np.float64]:
+    q = x / width**2
+    return np.exp(-np.minimum(q, 700.0)) if math.isinf(power) else (1 + q) ** -power
+
+
+def _shape(x: NDArray[np.float64], kernel: Kernel) -> NDArray[np.float64]:
+    if kernel.power:
+        return _round(x, kernel.power, kernel.width)
+    cosine = np.maximum((1 - x) / (1 + x), 0.0)
+    return cosine if kernel == COSINE else cosine / (cosine + 0.25)
+
+
+def _integrate(shape: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> float:
+    """Over all directions, by the midpoint rule in u, theta = u^4 pi."""
+    u = (np.arange(_NODES) + 0.5) / _NODES
+    theta = np.pi * u**_CROWDING
+    value = shape(np.tan(0.5 * theta) ** 2) * np.sin(theta) * u ** (_CROWDING - 1)
+    return float(2 * np.pi * np.pi * _CROWDING / _NODES * value.sum())
+
+
+@functools.cache
+def _integral(kernel: Kernel) -> float:
+    return _integrate(lambda x: _shape(x, kernel))
+
+
+@functools.lru_cache(4096)
+def _round_integral(power: float, width: float) -> float:
+    return _integrate(lambda x: _round(x, power, width))
+
+
+@functools.cache
+def _coefficients(kernel: Kernel) -> NDArray[np.float64]:
+    return kernel_coefficients(lambda x: _shape(x, kernel), kernel.degree)

@@ -1,0 +1,224 @@
+"""The search for a material's round lobes; `round_lobes` says what they are.
+
+Given widths and tilts, the amplitudes are the solution of a non-negative least-squares problem (`round_samples`);
+widths and tilts are searched by Levenberg-Marquardt around that solution (Golub, Pereyra 1973, "The Differentiation of
+Pseudo-Inverses and Nonlinear Least Squares Problems Whose Variables Separate"). Lobes are added one by one, as long as
+the next one makes enough of a difference.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from .kernel import COSINE, POWERS, SATURATED, Kernel, nearest_kernel, round_values
+from .round_samples import Array, Evaluate, Samples, sample_material
+
+_WIDTH_MIN, _WIDTH_MAX = 1.5e-3, 1.4
+# Widths that are tried for a new lobe.
+_WIDTHS = np.geomspace(3e-3, 1.2, 18)
+# The coefficients of a tilt, and its range.
+_TILT_COEFFICIENTS = 3
+_TILT_MAX = 2.0
+_STEPS = 25
+_DIFFERENCE = 1e-3
+_SPECULAR_MAX = 3
+# Another lobe must make the sum of squares smaller by this part; below this misfit none is added.
+_GAIN = 0.12
+_GOOD = 0.02
+# Lobes that never reflect this part of what the others do are left out.
+_SHARE_MIN = 0.01
+# A brushed material's lobes: their places along the wide direction, in units of a spread that is searched.
+_PLACES = (-1.6, -0.8, 0.0, 0.8, 1.6)
+_ENDING_AT_HORIZON = (COSINE, SATURATED)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class RoundFit:
+    """What was found; see `RoundLobes`, but `amplitude`, (n, b, 3), holds coefficients of `Samples.basis`."""
+
+    kernels: tuple[Kernel, ...]
+    tilt: Array
+    lean: Array
+    amplitude: Array
+    azimuth: float
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Shape:
+    """Round kernels and where they lie: `power` (n,), `log_width` (n,), `tilt` (n, 3), `lean` (n,)."""
+
+    power: Array
+    log_width: Array
+    tilt: Array
+    lean: Array
+
+    def columns(self, samples: Samples) -> Array:
+        """What they weigh each cell by, shape (v, c, n)."""
+        return np.stack([self.column(samples, i) for i in range(len(self.lean))], axis=-1)
+
+    def column(self, samples: Samples, i: int) -> Array:
+        x = _tan2_half(samples, self.tilt[i], self.lean[i])
+        return _in_cells(samples, round_values(x, float(self.power[i]), math.exp(self.log_width[i])))
+
+
+_NOTHING = _Shape(np.zeros(0), np.zeros(0), np.zeros((0, _TILT_COEFFICIENTS)), np.zeros(0))
+# Of the mirror direction.
+_MIRRORED = np.array([1.0, 0.0, 0.0])
+
+
+def fit_lobes(evaluate: Evaluate, is_anisotropic: bool) -> RoundFit:
+    """The round lobes of a material; the arguments are those of `sample_material`."""
+    samples = sample_material(evaluate, is_anisotropic)
+    at_horizon = np.stack([_at_horizon(samples, kernel) for kernel in _ENDING_AT_HORIZON], axis=-1)
+    cost = _square(samples.residual(at_horizon))
+    shape = _NOTHING
+    if cost > _GOOD**2:
+        shape = (_brushed if is_anisotropic else _stacked)(samples, at_horizon, cost)
+    round_kernels = [nearest_kernel(float(p), math.exp(w)) for p, w in zip(shape.power, shape.log_width, strict=True)]
+    kernels = (*round_kernels, *_ENDING_AT_HORIZON)
+    none = np.zeros(len(_ENDING_AT_HORIZON))
+    tilt = np.concatenate([shape.tilt, np.zeros((len(none), _TILT_COEFFICIENTS))])
+    return _with_colors(samples, kernels, tilt, np.concatenate([shape.lean, none]))
+
+
+def _stacked(samples: Samples, at_horizon: Array, cost: float) -> _Shape:
+    """Lobes in the plane of incidence, one after the other: the best of all widths and powers, then all searched."""
+    shape = _NOTHING
+    mirrored = _tan2_half(samples, _MIRRORED, 0.0)
+    for count in range(_SPECULAR_MAX):
+        known = np.concatenate([shape.columns(samples), at_horizon], axis=-1) if count else at_horizon
+        candidates = []
+        for power in POWERS:
+            for width in _WIDTHS:
+                one = _in_cells(samples, round_values(mirrored, power, width))[..., None]
+                found = _square(samples.residual(np.concatenate([one, known], axis=-1)))
+                candidates.append((found, power, width))
+        _, power, width = min(candidates)
+        grown = _Shape(
+            np.append(shape.power, power),
+            np.append(shape.log_width, math.log(width)),
+            np.concatenate([shape.tilt, _MIRRORED[None]]),
+            np.zeros(count + 1),
+        )
+        grown, new_cost = _search(samples, at_horizon, grown)
+        if new_cost > (1 - _GAIN) * cost:
+            break
+        shape, cost = grown, new_cost
+        if cost < _GOOD**2:
+            break
+    return shape
+
+
+def _brushed(samples: Samples, at_horizon: Array, cost: float) -> _Shape:
+    """Lobes of one width side by side: the best of a grid of widths, spreads and powers."""
+    n = len(_PLACES)
+    best, least = _NOTHING, cost
+    for power in (2.0, math.inf):
+        for width in _WIDTHS[2::2]:
+            for spread in _WIDTHS[2::2]:
+                if spread < 0.5 * width:
+                    continue
+                tilt, lean = np.tile(_MIRRORED, (n, 1)), spread * np.array(_PLACES)
+                shape = _Shape(np.full(n, power), np.full(n, math.log(width)), tilt, lean)
+                found = _square(samples.residual(np.concatenate([shape.columns(samples), at_horizon], axis=-1)))
+                if found < least:
+                    best, least = shape, found
+    return best
+
+
+def _search(samples: Samples, at_horizon: Array, shape: _Shape) -> tuple[_Shape, float]:
+    """Levenberg-Marquardt over widths and tilts, with derivatives by differences."""
+    n = len(shape.lean)
+    lower = np.concatenate([np.full(n, math.log(_WIDTH_MIN)), np.full(n * _TILT_COEFFICIENTS, -_TILT_MAX)])
+    upper = np.concatenate([np.full(n, math.log(_WIDTH_MAX)), np.full(n * _TILT_COEFFICIENTS, _TILT_MAX)])
+
+    def made(p: Array) -> _Shape:
+        return _Shape(shape.power, p[:n], p[n:].reshape(n, _TILT_COEFFICIENTS), shape.lean)
+
+    def residual(round_columns: Array) -> Array:
+        return samples.residual(np.concatenate([round_columns, at_horizon], axis=-1))
+
+    p = np.concatenate([shape.log_width, shape.tilt.ravel()])
+    columns = made(p).columns(samples)
+    error, damping = residual(columns), 1e-2
+    for _ in range(_STEPS):
+        jacobian = np.empty((len(error), len(p)))
+        for i in range(len(p)):
+            step = _DIFFERENCE if p[i] + _DIFFERENCE < upper[i] else -_DIFFERENCE
+            moved, lobe = p.copy(), i if i < n else (i - n) // _TILT_COEFFICIENTS
+            moved[i] += step
+            other = columns.copy()
+            other[..., lobe] = made(moved).column(samples, lobe)
+            jacobian[:, i] = (residual(other) - error) / step
+        hessian, gradient = jacobian.T @ jacobian, jacobian.T @ error
+        before = _square(error)
+        for _ in range(4):
+            scaled = hessian + damping * np.diag(np.diag(hessian) + 1e-9)
+            trial = np.clip(p - np.linalg.solve(scaled, gradient), lower, upper)
+            trial_columns = made(trial).columns(samples)
+            trial_error = residual(trial_columns)
+            if _square(trial_error) < before:
+                p, columns, error, damping = trial, trial_columns, trial_error, 0.3 * damping
+                break
+            damping *= 10
+        if _square(error) > 0.998 * before:
+            break
+    return made(p), _square(error)
+
+
+def _with_colors(samples: Samples, kernels: Sequence[Kernel], tilt: Array, lean: Array) -> RoundFit:
+    """The amplitudes of each channel; lobes that reflect next to nothing are left out, the others solved for anew."""
+    columns = np.stack([_column(samples, *one) for one in zip(kernels, tilt, lean, strict=True)], axis=-1)
+    live = np.arange(len(kernels))
+    while True:
+        channels = [
+            samples.amplitudes(columns[..., live], samples.value[..., c], samples.albedo[:, c]) for c in range(3)
+        ]
+        amplitude = np.stack(channels, axis=-1)
+        share = np.einsum("vb,nbc->nv", samples.basis, amplitude).max(axis=1)
+        is_live = share > _SHARE_MIN * share.max(initial=0.0)
+        if is_live.all() or not is_live.any():
+            break
+        live = live[is_live]
+    # A black material has one lobe all the same, of no amplitude.
+    is_live = is_live if is_live.any() else np.arange(len(live)) == len(live) - len(_ENDING_AT_HORIZON)
+    kept = live[is_live]
+    return RoundFit(tuple(kernels[i] for i in kept), tilt[kept], lean[kept], amplitude[is_live], samples.azimuth)
+
+
+def _column(samples: Samples, kernel: Kernel, tilt: Array, lean: float) -> Array:
+    if kernel.power == 0:
+        return _at_horizon(samples, kernel)
+    return _in_cells(samples, kernel.values(_tan2_half(samples, tilt, lean)))
+
+
+def _at_horizon(samples: Samples, kernel: Kernel) -> Array:
+    cosine = np.maximum(samples.wi[..., 2], 0.0)
+    return _in_cells(samples, kernel.values((1 - cosine) / (1 + cosine)))
+
+
+def _in_cells(samples: Samples, values: Array) -> Array:
+    """Values at the directions of light, shape (v, k), summed over cells, shape (v, c)."""
+    return (samples.cells @ values[..., None])[..., 0]
+
+
+def _tan2_half(samples: Samples, tilt: Array, lean: float) -> Array:
+    """tan^2 of half the angle between the light and a lobe's middle, shape (v, k)."""
+    h = np.array([lean * math.cos(samples.azimuth), lean * math.sin(samples.azimuth), 1.0])
+    h /= np.linalg.norm(h)
+    t = (samples.wo[:, 2:] ** np.arange(_TILT_COEFFICIENTS)) @ tilt
+    mirrored = 2 * (samples.wo @ h)[:, None] * h - samples.wo
+    d = h + t[:, None] * (mirrored - h)
+    d /= np.linalg.norm(d, axis=1, keepdims=True)
+    # From the chord, which keeps its digits where the cosine is nearly 1.
+    near = ((samples.wi - d[:, None]) ** 2).sum(axis=-1)
+    far = ((samples.wi + d[:, None]) ** 2).sum(axis=-1)
+    return near / np.maximum(far, 1e-30)
+
+
+def _square(error: Array) -> float:
+    return float(error @ error)

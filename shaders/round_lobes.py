@@ -1,0 +1,107 @@
+"""A material under light from all around, as a few round lobes: what the interactive tier shades with.
+
+The light reflected to a viewer is the environment weighted by f(wi, wo) cos_i. That weight is approximated by
+
+    sum over lobes of  amplitude(cos_o) kernel(wi . d),    d = h + tilt(cos_o) (r - h),
+
+with the normal h, the mirror direction r, and each lobe's `Kernel`, by which the environment is blurred beforehand:
+shading costs one look-up per lobe. Amplitudes and tilts are polynomials in cos_o, so that what the textbooks tabulate
+and correct one by one, directional albedo, dominant direction, the highlight that stretches at grazing angles, comes
+out of one fit to the material's own values (`round_fit`), diffuse and specular together, whatever its model.
+
+A brushed material has its lobes side by side: h leans from the normal along the wide slope by `lean`, and amplitudes
+vary with the viewer's azimuth phi from there as a cos^2(phi) + b sin^2(phi).
+
+- Karis 2013, "Real Shading in Unreal Engine 4": the split sum, which is one lobe with tilt 1.
+- Lagarde, de Rousiers 2014, "Moving Frostbite to Physically Based Rendering": the dominant direction.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+import struct
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .evaluation import evaluate
+from .kept_tables import kept
+from .kernel import Kernel
+from .round_fit import fit_lobes
+from .twin import Twin
+
+# Names the way in which lobes are found: another one must not find the lobes that this one kept.
+_KIND = "lobes-4"
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class RoundLobes:
+    """A material's lobes.
+
+    - `kernels`: one per lobe.
+    - `tilt`: shape (n, 3), the coefficients of a polynomial in cos_o.
+    - `lean`: shape (n,), the slope of h along the wide direction.
+    - `amplitude`: shape (n, a, k, 3), coefficients of polynomials in cos_o, lowest first; a is 1, or 2 for the azimuths
+      along and across the wide direction.
+    - `azimuth`: of the wide direction in the tangent frame, radians.
+    """
+
+    kernels: tuple[Kernel, ...]
+    tilt: NDArray[np.float64]
+    lean: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+    azimuth: float
+
+    @property
+    def is_anisotropic(self) -> bool:
+        return self.amplitude.shape[1] == 2
+
+    def defines(self) -> dict[str, str]:
+        """What `glsl/round_lobes.glsl` is compiled with."""
+        _, azimuths, coefficients, _ = self.amplitude.shape
+        return {"LOBES": str(len(self.kernels)), "AZIMUTHS": str(azimuths), "COEFFICIENTS": str(coefficients)}
+
+    def pack(self) -> bytes:
+        """The uniform block of `glsl/round_lobes.glsl`, std140."""
+        shape = np.concatenate([self.tilt, self.lean[:, None]], axis=1)
+        amplitude = np.zeros((*self.amplitude.shape[:-1], 4))
+        amplitude[..., :3] = self.amplitude
+        wide = struct.pack("=4f", np.cos(self.azimuth), np.sin(self.azimuth), 0.0, 0.0)
+        return shape.astype(np.float32).tobytes() + amplitude.astype(np.float32).tobytes() + wide
+
+
+@functools.lru_cache(64)
+def round_lobes(twin: Twin) -> RoundLobes:
+    """The lobes of a material, from memory or disk if they were found before.
+
+    Raises `UserError` when there is no OpenGL 4.3, by which the material's values are computed.
+    """
+    ingredients = (twin.text.encode(), twin.block, bytes([twin.is_anisotropic]), *twin.buffers)
+    found = kept(_KIND, ingredients, lambda: _arrays(twin))
+    kernels = tuple(Kernel(float(power), int(step)) for power, step in found["kernels"])
+    tilt, lean, amplitude = (np.asarray(found[name], np.float64) for name in ("tilt", "lean", "amplitude"))
+    return RoundLobes(kernels, tilt, lean, amplitude, float(found["azimuth"]))
+
+
+def _arrays(twin: Twin) -> dict[str, NDArray[np.generic]]:
+    fit = fit_lobes(lambda wi, wo: evaluate(twin, wi, wo), twin.is_anisotropic)
+    azimuths = 2 if twin.is_anisotropic else 1
+    return {
+        "kernels": np.array([(one.power, one.step) for one in fit.kernels], np.float64).reshape(-1, 2),
+        "tilt": fit.tilt,
+        "lean": fit.lean,
+        "amplitude": _monomials(fit.amplitude.reshape(len(fit.kernels), azimuths, -1, 3)),
+        "azimuth": np.array(fit.azimuth),
+    }
+
+
+def _monomials(bernstein: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Coefficients of Bernstein's polynomials, shape (n, a, k, 3), as those of powers."""
+    degree = bernstein.shape[2] - 1
+    change = np.zeros((degree + 1, degree + 1))
+    for b in range(degree + 1):
+        for k in range(b, degree + 1):
+            change[k, b] = (-1) ** (k - b) * math.comb(degree, k) * math.comb(k, b)
+    return np.einsum("kb,nabc->nakc", change, bernstein)
