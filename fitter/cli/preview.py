@@ -37,7 +37,10 @@ def command(
     quiet: bool,
     force: bool,
 ) -> None:
-    """Renders a sphere of MATERIAL (.json), lit by an environment, through OpenGL.
+    """Renders a sphere of MATERIAL, lit by an environment, through OpenGL.
+
+    MATERIAL is a material (.json), or a measurement itself: MERL, RGL, or another format that defines values between
+    its samples, if it is isotropic.
 
     The camera looks along -z, with +y up; it sees the centre of the environment's picture behind the sphere. A PNG is
     tone-mapped (Khronos PBR Neutral) and sRGB-encoded, an EXR is linear Rec. 709.
@@ -95,10 +98,11 @@ def _render(
 
     import shaders
     from brdf.atomic import atomic_path
-    from brdf.material import load_material
+
+    from ._measured import material_of
 
     is_linear = pathlib.Path(output).suffix.lower() == ".exr"
-    part = shaders.Part(load_material(material).brdf)
+    part = shaders.Part(material_of(material))
     light = shaders.load_environment(environment)
     scene = shaders.Scene(
         parts=(part,),
