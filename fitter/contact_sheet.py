@@ -16,6 +16,7 @@ _GAP = 6
 _TITLE_SIZE, _LABEL_SIZE, _CAPTION_SIZE = 17, 14, 12
 # Between the lines of a text, as a factor of its size.
 _LEADING = 1.3
+_HEADING = 24
 
 
 @dataclasses.dataclass(frozen=True)
@@ -32,10 +33,11 @@ class Tile:
 
 @dataclasses.dataclass(frozen=True)
 class Row:
-    """Pictures side by side; `label`: lines that stand to the left of them."""
+    """Pictures side by side; `label`: lines that stand to the left of them; `heading`: a line above them."""
 
     label: tuple[str, ...]
     tiles: tuple[Tile, ...]
+    heading: str = ""
 
 
 def contact_sheet(title: str, rows: Sequence[Row], size: int) -> Image.Image:
@@ -50,11 +52,15 @@ def contact_sheet(title: str, rows: Sequence[Row], size: int) -> Image.Image:
     label_width = max((_width(line, _LABEL_SIZE) for row in rows for line in row.label), default=0)
     left = _GAP + (label_width + 2 * _GAP if label_width else 0)
     top = _GAP + round(_LEADING * _TITLE_SIZE) + _GAP
-    width = max(left + max(len(row.tiles) for row in rows) * (size + _GAP), _width(title, _TITLE_SIZE) + 2 * _GAP)
+    text_width = max(_width(title, _TITLE_SIZE), *(_width(row.heading, _LABEL_SIZE) for row in rows))
+    width = max(left + max(len(row.tiles) for row in rows) * (size + _GAP), text_width + 2 * _GAP)
     sheet = Image.new("RGB", (width, top + sum(_height(row, size) for row in rows)), _PAPER)
     draw = ImageDraw.Draw(sheet)
     draw.text((_GAP, _GAP), title, _INK, _font(_TITLE_SIZE))
     for row in rows:
+        if row.heading:
+            draw.text((_GAP, top), row.heading, _INK, _font(_LABEL_SIZE))
+            top += _HEADING
         _write(draw, row.label, (_GAP, top + size // 2 - len(row.label) * _LABEL_SIZE // 2), _LABEL_SIZE, label_width)
         for number, tile in enumerate(row.tiles):
             x = left + number * (size + _GAP)
@@ -62,13 +68,13 @@ def contact_sheet(title: str, rows: Sequence[Row], size: int) -> Image.Image:
                 pixels = np.round(255 * np.clip(tile.picture, 0, 1)).astype(np.uint8)
                 sheet.paste(Image.fromarray(pixels), (x, top))
             _write(draw, tile.caption, (x, top + size + 2), _CAPTION_SIZE, size)
-        top += _height(row, size)
+        top += _height(row, size) - (_HEADING if row.heading else 0)
     return sheet
 
 
 def _height(row: Row, size: int) -> int:
     lines = max((len(tile.caption) for tile in row.tiles), default=0)
-    return size + round(lines * _LEADING * _CAPTION_SIZE) + 2 * _GAP
+    return (_HEADING if row.heading else 0) + size + round(lines * _LEADING * _CAPTION_SIZE) + 2 * _GAP
 
 
 def _write(draw: ImageDraw.ImageDraw, lines: tuple[str, ...], place: tuple[int, int], size: int, width: int) -> None:

@@ -27,7 +27,7 @@ _SLOPES = (0.03, 0.1, 0.2, 0.35, 0.6, 1.0)
 # What lies around the sphere, encoded.
 _GROUND = 0.42
 # Delta E ITP that is drawn in the brightest colour; a difference of 1 is just noticeable.
-_WORST = 60.0
+_WORST = 100.0
 
 _size = click.option(
     "--tile", default=160, show_default=True, type=click.IntRange(32, 512), help="Pixels a side of one picture."
@@ -147,8 +147,8 @@ def fits(
             for one in made(measured, names or tuple(MODELS), pathlib.Path(keep or temporary) / label, say):
                 say(f"rendering {one.model}")
                 pairs.append(_compared(f"{one.model}", f"log error {one.log_mae:.4f}", truth[0], *render(one.brdf)))
-            rows += _rows(label, truth[1], pairs, columns)
-        title = f"Measurement, fits and their colour difference (Delta E ITP, 0 to {_WORST:g}), lit by `{environment}`"
+            rows += _rows(measured.source, truth[1], pairs, columns)
+        title = f"Fits, lit by `{environment}`, and their colour difference (Delta E ITP, black 0 to light {_WORST:g})"
         _save(title, rows, tile, output, force)
 
 
@@ -189,18 +189,19 @@ def _compared(model: str, error: str, truth: np.ndarray, linear: np.ndarray, dis
     a, b = (np.clip(WHITE * one[..., :3], 0, 10 * WHITE) for one in (truth, linear))
     difference = delta_e_itp(a.astype(np.float64), b.astype(np.float64))
     colours = matplotlib.colormaps["magma"](np.clip(difference / _WORST, 0, 1))[..., :3]
-    colours[~inside] = 1.0
+    colours[~inside] = _GROUND
     mean = f"Delta E {difference[inside].mean():.1f}"
     return Tile(display, (model, error)), Tile(colours, (mean,))
 
 
-def _rows(label: str, truth: np.ndarray, pairs: list[tuple[Tile, Tile]], columns: int) -> list[Row]:
+def _rows(source: str, truth: np.ndarray, pairs: list[tuple[Tile, Tile]], columns: int) -> list[Row]:
     from ..contact_sheet import Row, Tile
 
     rows = []
     for start in range(0, len(pairs), columns):
         part = pairs[start : start + columns]
-        rows.append(Row((), (Tile(truth, (label, "measured")), *(one[0] for one in part))))
+        heading = source if start == 0 else ""
+        rows.append(Row((), (Tile(truth, ("measured",)), *(one[0] for one in part)), heading))
         rows.append(Row((), (Tile(None), *(one[1] for one in part))))
     return rows
 
