@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .scene import Camera as Camera
     from .scene import Part as Part
     from .scene import Scene as Scene
+    from .tabulated import Tabulated as Tabulated
 
 # Public name -> module. Imported on first use: `brdf --help` needs neither moderngl nor OpenEXR.
 _PUBLIC = {
@@ -39,6 +40,7 @@ _PUBLIC = {
     "Part": "scene",
     "Renderer": "renderer",
     "Scene": "scene",
+    "Tabulated": "tabulated",
     "describe": "context",
     "evaluate": "evaluation",
     "load_environment": "environment",

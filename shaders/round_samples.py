@@ -96,7 +96,7 @@ def sample_material(evaluate: Evaluate, is_anisotropic: bool) -> Samples:
     azimuth = _wide_direction(evaluate) if is_anisotropic else 0.0
     phi = (np.arange(around) + 0.5) * (0.5 * np.pi / around) if is_anisotropic else np.zeros(1)
     cos_o, turn = np.repeat(cosine, around), np.tile(phi, len(cosine))
-    wi, wo, solid_angle = _pairs(cos_o, turn + azimuth)
+    wi, wo, solid_angle = _pairs(cos_o, np.add(turn, azimuth, dtype=np.float64))
     value = evaluate(wi.reshape(-1, 3), np.repeat(wo, wi.shape[1], axis=0)).reshape(wi.shape).astype(np.float64)
     value = np.nan_to_num(value) * np.maximum(wi[..., 2:], 0)
     below, around_below = _below()

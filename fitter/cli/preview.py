@@ -74,7 +74,10 @@ def command(
     quiet: bool,
     force: bool,
 ) -> None:
-    """Renders a sphere of MATERIAL (.json), lit by an environment, through OpenGL.
+    """Renders a sphere of MATERIAL, lit by an environment, through OpenGL.
+
+    MATERIAL is a material (.json), or a measurement itself: MERL, RGL, or another format that defines values between
+    its samples, if it is isotropic.
 
     The camera looks along -z, with +y up; it sees the centre of the environment's picture behind the sphere. A PNG is
     tone-mapped (Khronos PBR Neutral) and sRGB-encoded, an EXR is linear Rec. 709.
@@ -107,10 +110,11 @@ def command(
         say(f"rendering {material}")
 
         import shaders
-        from brdf.material import load_material
+
+        from ._measured import material_of
 
         scene = shaders.Scene(
-            parts=(shaders.Part(load_material(material).brdf),),
+            parts=(shaders.Part(material_of(material)),),
             environment=shaders.load_environment(environment),
             rotation=math.radians(rotate_deg),
             exposure=exposure,

@@ -18,6 +18,7 @@ from __future__ import annotations
 import os
 import pathlib
 from collections.abc import Callable
+from typing import Literal
 
 import numpy as np
 
@@ -60,6 +61,18 @@ def axes(size: tuple[int, int, int] = SIZE, cells: str = "edge") -> dict[str, np
         "theta_d": j / size[1] * (np.pi / 2),
         "phi_d": k / size[2] * np.pi,
     }
+
+
+def cells_of(grid: Grid | None) -> Literal["edge", "centre"] | None:
+    """`edge` or `centre` if a grid is laid out as a MERL table with these cells, of whatever size; else None."""
+    if grid is None or tuple(grid.axes) != ("theta_h", "theta_d", "phi_d"):
+        return None
+    size = grid.shape
+    assert len(size) == 3
+    for cells in ("edge", "centre"):
+        if all(np.allclose(grid.axes[name], axis) for name, axis in axes(size, cells).items()):
+            return cells
+    return None
 
 
 def read(path: str | os.PathLike[str], cells: str = "edge") -> Reflectance:
@@ -126,7 +139,7 @@ def write(reflectance: Reflectance, path: str | os.PathLike[str], force: bool = 
     **Raises:** `UserError` if the grid is another; `FileError` if the file cannot be written.
     """
     grid = reflectance.grid
-    if grid is None or not _is_merl(grid):
+    if grid is None or cells_of(grid) is None:
         raise UserError(
             f"`{reflectance.source}` is not laid out as a MERL table. Resample it: "
             "`fitter.formats.merl.write_function(data.evaluate, path)`, or write a `.csv`."
@@ -216,16 +229,6 @@ def _above_horizon(table_axes: dict[str, np.ndarray]) -> np.ndarray:
     middle = np.cos(theta_h) * np.cos(theta_d)
     aside = np.abs(np.sin(theta_h) * np.sin(theta_d) * np.cos(table_axes["phi_d"]))
     return (middle - aside > HORIZON_COSINE).ravel()
-
-
-def _is_merl(grid: Grid) -> bool:
-    if tuple(grid.axes) != ("theta_h", "theta_d", "phi_d"):
-        return False
-    size = grid.shape
-    assert len(size) == 3
-    return any(
-        all(np.allclose(grid.axes[name], axis) for name, axis in axes(size, cells).items()) for cells in CELL_OFFSET
-    )
 
 
 class _Interpolant:

@@ -32,8 +32,8 @@ def declare(scene: Scene) -> Pass:
         parts = visible_parts(scene)
         lobes = [round_lobes(part.twin) for part in parts]
         for i, part in enumerate(parts):
-            blurs = (blur_name(scene.environment, kernel) for kernel in lobes[i].kernels)
-            reads |= {mesh_name(part), lobes_name(i), *blurs}
+            reads |= {mesh_name(part), lobes_name(i)}
+            reads |= {blur_name(scene.environment, kernel) for kernel in round_lobes(part.twin).kernels}
         if depth.declare(scene).enabled:
             reads |= {"depth"}
     key = (scene.camera, scene.width, scene.height, scene.rotation, tuple(one.kernels for one in lobes))
