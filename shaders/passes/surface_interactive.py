@@ -52,7 +52,7 @@ def prepare(frame: Frame) -> Callable[[int], None]:
         kernels = round_lobes(part.twin).kernels
         for unit, kernel in enumerate(kernels, FIRST_BLUR):
             frame.resource(blur_name(frame.scene.environment, kernel), moderngl.TextureCube).use(unit)
-        units = tuple(range(FIRST_BLUR, FIRST_BLUR + len(kernels)))
+        units = list(range(FIRST_BLUR, FIRST_BLUR + len(kernels)))
         set_uniforms(program_of(part), {"blurred": units if len(units) > 1 else units[0]})
         frame.resource(lobes_name(index), KeptBuffer).buffer.bind_to_uniform_block(_BINDING)
 
