@@ -9,10 +9,9 @@ import moderngl
 
 from .buffers import KeptBuffer
 from .frame import Frame
-from .material_block import BINDING
 from .program import set_uniforms
 from .scene import Part
-from .twin import FIRST_BUFFER
+from .twin import BLOCK, FIRST_BUFFER
 from .view import jitter_ndc, view_projection
 
 
@@ -64,7 +63,7 @@ def bind_materials(frame: Frame) -> Callable[[int], None]:
     """What binds the uniform block and the tables of a part, as the pass `materials` has made them."""
 
     def bind(index: int) -> None:
-        frame.resource(block_name(index), KeptBuffer).buffer.bind_to_uniform_block(BINDING)
+        frame.resource(block_name(index), KeptBuffer).buffer.bind_to_uniform_block(BLOCK)
         for table in range(len(frame.visible[index].twin.buffers)):
             frame.resource(table_name(index, table), KeptBuffer).buffer.bind_to_storage_buffer(FIRST_BUFFER + table)
 

@@ -19,13 +19,13 @@ from .round_samples import Array, Evaluate, Samples, sample_material
 
 _WIDTH_MIN, _WIDTH_MAX = 1.5e-3, 1.4
 # Widths that are tried for a new lobe.
-_WIDTHS = np.geomspace(3e-3, 1.2, 18)
+_WIDTHS = np.geomspace(3e-3, 1.2, 14)
 # The coefficients of a tilt, and its range.
 _TILT_COEFFICIENTS = 3
 _TILT_MAX = 2.0
-_STEPS = 25
+# Steps of the search for one lobe, two, three.
+_STEPS = (6, 8, 20)
 _DIFFERENCE = 1e-3
-_SPECULAR_MAX = 3
 # Another lobe must make the sum of squares smaller by this part; below this misfit none is added.
 _GAIN = 0.12
 _GOOD = 0.02
@@ -74,7 +74,7 @@ def fit_lobes(evaluate: Evaluate, is_anisotropic: bool) -> RoundFit:
     """The round lobes of a material; the arguments are those of `sample_material`."""
     samples = sample_material(evaluate, is_anisotropic)
     at_horizon = np.stack([_at_horizon(samples, kernel) for kernel in _ENDING_AT_HORIZON], axis=-1)
-    cost = _square(samples.residual(at_horizon))
+    cost = samples.cost(at_horizon)
     shape = _NOTHING
     if cost > _GOOD**2:
         shape = (_brushed if is_anisotropic else _stacked)(samples, at_horizon, cost)
@@ -89,22 +89,19 @@ def _stacked(samples: Samples, at_horizon: Array, cost: float) -> _Shape:
     """Lobes in the plane of incidence, one after the other: the best of all widths and powers, then all searched."""
     shape = _NOTHING
     mirrored = _tan2_half(samples, _MIRRORED, 0.0)
-    for count in range(_SPECULAR_MAX):
+    candidates = [(power, width) for power in POWERS for width in _WIDTHS]
+    columns = [_in_cells(samples, round_values(mirrored, power, width)) for power, width in candidates]
+    for count in range(len(_STEPS)):
         known = np.concatenate([shape.columns(samples), at_horizon], axis=-1) if count else at_horizon
-        candidates = []
-        for power in POWERS:
-            for width in _WIDTHS:
-                one = _in_cells(samples, round_values(mirrored, power, width))[..., None]
-                found = _square(samples.residual(np.concatenate([one, known], axis=-1)))
-                candidates.append((found, power, width))
-        _, power, width = min(candidates)
+        costs = [samples.cost(np.concatenate([one[..., None], known], axis=-1)) for one in columns]
+        power, width = candidates[int(np.argmin(costs))]
         grown = _Shape(
             np.append(shape.power, power),
             np.append(shape.log_width, math.log(width)),
             np.concatenate([shape.tilt, _MIRRORED[None]]),
             np.zeros(count + 1),
         )
-        grown, new_cost = _search(samples, at_horizon, grown)
+        grown, new_cost = _search(samples, at_horizon, grown, _STEPS[count])
         if new_cost > (1 - _GAIN) * cost:
             break
         shape, cost = grown, new_cost
@@ -124,50 +121,84 @@ def _brushed(samples: Samples, at_horizon: Array, cost: float) -> _Shape:
                     continue
                 tilt, lean = np.tile(_MIRRORED, (n, 1)), spread * np.array(_PLACES)
                 shape = _Shape(np.full(n, power), np.full(n, math.log(width)), tilt, lean)
-                found = _square(samples.residual(np.concatenate([shape.columns(samples), at_horizon], axis=-1)))
+                found = samples.cost(np.concatenate([shape.columns(samples), at_horizon], axis=-1))
                 if found < least:
                     best, least = shape, found
     return best
 
 
-def _search(samples: Samples, at_horizon: Array, shape: _Shape) -> tuple[_Shape, float]:
-    """Levenberg-Marquardt over widths and tilts, with derivatives by differences."""
+def _search(samples: Samples, at_horizon: Array, shape: _Shape, steps: int) -> tuple[_Shape, float]:
+    """Levenberg-Marquardt over widths and tilts, the amplitudes always the best ones for them.
+
+    The derivative is that of Kaufman 1975, "A variable projection method for solving separable nonlinear least squares
+    problems": with amplitudes held, less what amplitudes above 0 could follow.
+    """
     n = len(shape.lean)
     lower = np.concatenate([np.full(n, math.log(_WIDTH_MIN)), np.full(n * _TILT_COEFFICIENTS, -_TILT_MAX)])
     upper = np.concatenate([np.full(n, math.log(_WIDTH_MAX)), np.full(n * _TILT_COEFFICIENTS, _TILT_MAX)])
 
-    def made(p: Array) -> _Shape:
-        return _Shape(shape.power, p[:n], p[n:].reshape(n, _TILT_COEFFICIENTS), shape.lean)
-
-    def residual(round_columns: Array) -> Array:
-        return samples.residual(np.concatenate([round_columns, at_horizon], axis=-1))
+    def solved(p: Array) -> _Solution:
+        trial = _Shape(shape.power, p[:n], p[n:].reshape(n, _TILT_COEFFICIENTS), shape.lean)
+        return _solve(samples, at_horizon, trial)
 
     p = np.concatenate([shape.log_width, shape.tilt.ravel()])
-    columns = made(p).columns(samples)
-    error, damping = residual(columns), 1e-2
-    for _ in range(_STEPS):
-        jacobian = np.empty((len(error), len(p)))
-        for i in range(len(p)):
-            step = _DIFFERENCE if p[i] + _DIFFERENCE < upper[i] else -_DIFFERENCE
-            moved, lobe = p.copy(), i if i < n else (i - n) // _TILT_COEFFICIENTS
-            moved[i] += step
-            other = columns.copy()
-            other[..., lobe] = made(moved).column(samples, lobe)
-            jacobian[:, i] = (residual(other) - error) / step
-        hessian, gradient = jacobian.T @ jacobian, jacobian.T @ error
-        before = _square(error)
+    now, damping = solved(p), 1e-2
+    for _ in range(steps):
+        jacobian = _derivative(samples, now)
+        hessian, gradient = jacobian.T @ jacobian, jacobian.T @ now.error
+        before = now.cost
         for _ in range(4):
             scaled = hessian + damping * np.diag(np.diag(hessian) + 1e-9)
             trial = np.clip(p - np.linalg.solve(scaled, gradient), lower, upper)
-            trial_columns = made(trial).columns(samples)
-            trial_error = residual(trial_columns)
-            if _square(trial_error) < before:
-                p, columns, error, damping = trial, trial_columns, trial_error, 0.3 * damping
+            found = solved(trial)
+            if found.cost < before:
+                p, now, damping = trial, found, 0.3 * damping
                 break
             damping *= 10
-        if _square(error) > 0.998 * before:
+        if now.cost > 0.998 * before:
             break
-    return made(p), _square(error)
+    return now.shape, now.cost
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Solution:
+    """A shape with its best amplitudes: `columns` (v, c, n + 2), `coefficients` (n + 2, b), `error` (v c,)."""
+
+    shape: _Shape
+    columns: Array
+    coefficients: Array
+    error: Array
+
+    @property
+    def cost(self) -> float:
+        return float(self.error @ self.error)
+
+
+def _solve(samples: Samples, at_horizon: Array, shape: _Shape) -> _Solution:
+    columns = np.concatenate([shape.columns(samples), at_horizon], axis=-1)
+    coefficients = samples.mean_amplitudes(columns)
+    return _Solution(shape, columns, coefficients, samples.error(columns, coefficients))
+
+
+def _derivative(samples: Samples, now: _Solution) -> Array:
+    """The derivative of the error by widths and then by the tilts' coefficients, shape (v c, 4 n)."""
+    n = len(now.shape.lean)
+    amplitude, root = samples.basis @ now.coefficients.T, np.sqrt(samples.importance)
+    by_width, by_tilt = [], []
+    for i in range(n):
+        wider = dataclasses.replace(now.shape, log_width=now.shape.log_width + _DIFFERENCE).column(samples, i)
+        tilted = dataclasses.replace(now.shape, tilt=now.shape.tilt + _DIFFERENCE * _MIRRORED).column(samples, i)
+        weight = amplitude[:, i, None] * root / _DIFFERENCE
+        by_width.append((wider - now.columns[..., i]) * weight)
+        # A tilt's coefficients differ by powers of the viewer's cosine.
+        powers = samples.wo[:, 2:, None] ** np.arange(_TILT_COEFFICIENTS)
+        by_tilt.append(((tilted - now.columns[..., i]) * weight)[..., None] * powers)
+    tilts = np.concatenate(by_tilt, axis=-1).reshape(-1, n * _TILT_COEFFICIENTS)
+    jacobian = np.concatenate([np.stack(by_width, axis=-1).reshape(-1, n), tilts], axis=1)
+    free = np.argwhere(now.coefficients > 0)
+    followed = now.columns[..., free[:, 0]] * samples.basis[:, None, free[:, 1]] * root[..., None]
+    q, _ = np.linalg.qr(followed.reshape(len(jacobian), -1))
+    return jacobian - q @ (q.T @ jacobian)
 
 
 def _with_colors(samples: Samples, kernels: Sequence[Kernel], tilt: Array, lean: Array) -> RoundFit:
@@ -218,7 +249,3 @@ def _tan2_half(samples: Samples, tilt: Array, lean: float) -> Array:
     near = ((samples.wi - d[:, None]) ** 2).sum(axis=-1)
     far = ((samples.wi + d[:, None]) ** 2).sum(axis=-1)
     return near / np.maximum(far, 1e-30)
-
-
-def _square(error: Array) -> float:
-    return float(error @ error)

@@ -33,7 +33,7 @@ from .round_fit import fit_lobes
 from .twin import Twin
 
 # Names the way in which lobes are found: another one must not find the lobes that this one kept.
-_KIND = "lobes-4"
+_KIND = "lobes-5"
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

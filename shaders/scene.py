@@ -5,15 +5,16 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 from brdf.errors import UserError
-from brdf.model import AbstractBRDF
 
 from .environment import Environment, load_environment
-from .material_block import twin
 from .mesh import Mesh, sphere
-from .twin import Twin
+from .twin import Twin, twin_of
+
+if TYPE_CHECKING:
+    from brdf.model import AbstractBRDF
 
 _SIZE_MAX = 16384
 _SAMPLES_MAX = 1 << 20
@@ -50,7 +51,7 @@ class Part:
     @functools.cached_property
     def twin(self) -> Twin:
         """The material as shaders see it."""
-        return self.material if isinstance(self.material, Twin) else twin(self.material)
+        return twin_of(self.material)
 
 
 @dataclasses.dataclass(frozen=True)

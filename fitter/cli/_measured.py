@@ -11,7 +11,6 @@ from brdf.errors import UserError
 if TYPE_CHECKING:
     import numpy as np
 
-    from brdf.model import AbstractBRDF
     from shaders.tabulated import Tabulated
     from shaders.twin import Twin
 
@@ -29,8 +28,10 @@ _TURN_ERROR = 1e-4
 _HOLE_MAX = 8
 
 
-def material_of(path: str, read_options: Mapping[str, str] | None = None) -> AbstractBRDF | Twin:
+def material_of(path: str, read_options: Mapping[str, str] | None = None) -> Twin:
     """What a `Part` is made of, from a material (.json) or from a measurement of any format that defines its values.
+
+    A material's is kept on disk for the next time.
 
     **Arguments:**
 
@@ -42,12 +43,26 @@ def material_of(path: str, read_options: Mapping[str, str] | None = None) -> Abs
     if pathlib.Path(path).suffix.lower() == ".json":
         if read_options:
             raise UserError(f"`--read` is for measurements, and `{path}` is a material. Leave `--read` out.")
-        from brdf.material import load_material
-
-        return load_material(path).brdf
+        return _kept(path)
     from ..formats import read
 
     return tabulated(read(path, read_options)).twin
+
+
+def _kept(path: str) -> Twin:
+    from shaders.kept_twins import kept_twin
+    from shaders.twin import twin_of
+
+    def make() -> Twin:
+        from brdf.material import load_material  # loads JAX, which takes most of a second
+
+        return twin_of(load_material(path).brdf)
+
+    try:
+        content = pathlib.Path(path).read_bytes()
+    except OSError:
+        return make()  # which says what is wrong with the file
+    return kept_twin(content, make)
 
 
 def tabulated(measured: Reflectance) -> Tabulated:

@@ -33,9 +33,9 @@ _TIERS = ("interactive", "still", "truth")
 @click.option(
     "--tier",
     type=click.Choice(_TIERS),
-    default="truth",
+    default="interactive",
     show_default=True,
-    help="How light is gathered: truth converges, still is a few samples.",
+    help="How light is gathered: interactive looks it up at once, still is a few samples, truth converges.",
 )
 @click.option(
     "--error", default=None, type=float, help="truth: stops at this RMS error of the picture, white being 1.  [0.002]"
