@@ -66,7 +66,7 @@ class Kernel:
         """Texels along an edge of the cube that holds an environment blurred by it: three to its half width."""
         if self.power == 0:
             return 64
-        return int(np.clip(2 ** math.ceil(math.log2(3.2 / self.width)), 16, 128))
+        return int(np.clip(2 ** math.ceil(math.log2(3.2 / self.width)), 16, 256))
 
     def values(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """The kernel in 1/sr at x = tan^2(theta / 2)."""
