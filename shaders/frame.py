@@ -16,7 +16,7 @@ from .program import Programs
 from .scene import Scene
 
 # Texture units by the name of the sampler in GLSL; a picture's sampler has the picture's name.
-UNITS = {"radiance": 0, "frame": 1, "accumulation": 2, "linear": 3}
+UNITS = {"radiance": 0, "frame": 1, "accumulation": 2, "linear": 3, "points_position": 4, "points_normal": 5}
 # Pixels a side that one draw shades: a weak GPU needs well below the two seconds after which Windows resets a driver.
 _TILE = 1024
 
@@ -37,7 +37,7 @@ class Frame:
     """The state of one rendering.
 
     - `frames`: how often the jittered passes run.
-    - `samples_per_frame`: light samples in each from the cosine, from the environment, and from each lobe.
+    - `samples_per_frame`: points of the sequence in each.
     - `draws`: how often a tile was drawn so far.
     """
 
@@ -45,7 +45,7 @@ class Frame:
     scene: Scene
     programs: Programs
     frames: int
-    samples_per_frame: tuple[int, int, int]
+    samples_per_frame: int
     draws: int = 0
     _pictures: dict[str, moderngl.Framebuffer] = dataclasses.field(default_factory=dict)
 
@@ -54,13 +54,22 @@ class Frame:
         return self.device.ctx
 
     def picture(self, name: str) -> moderngl.Framebuffer:
-        """The framebuffer of a picture, cleared when it is made; it has a depth buffer if it is the frame."""
+        """The framebuffer of a picture, cleared when it is made.
+
+        The points have two attachments, position and normal, and a depth buffer that the frame shares.
+        """
         if name not in self._pictures:
             size = (self.scene.width, self.scene.height)
-            texture = self.ctx.texture(size, 4, dtype="f4")
-            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-            depth = self.ctx.depth_renderbuffer(size) if name == "frame" else None
-            self._pictures[name] = self.ctx.framebuffer([texture], depth)
+            textures = [self.ctx.texture(size, 4, dtype="f4") for _ in range(2 if name == "points" else 1)]
+            for texture in textures:
+                texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            depth = None
+            if name == "points":
+                depth = self.ctx.depth_renderbuffer(size)
+            elif name == "frame":
+                depth = self.picture("points").depth_attachment
+            self._pictures[name] = self.ctx.framebuffer(textures, depth)
+            self._pictures[name].depth_mask = name == "points"
             self._pictures[name].clear()
         return self._pictures[name]
 

@@ -6,6 +6,7 @@ import dataclasses
 import weakref
 
 import moderngl
+import numpy as np
 
 from brdf.errors import UserError
 
@@ -17,16 +18,20 @@ from .light_table import light_table
 class Lighting:
     """What the shaders read of an environment.
 
-    - `radiance`: the picture, for the sampler of `glsl/environment.glsl`.
-    - `buffers`: pdf, cells, cumulative and guide, in the order of their bindings in `glsl/light_table.glsl`.
-    - `size`: of the light table in cells, width first.
-    - `guide_shift`: how many lower bits of 32 do not index the guide.
+    - `radiance`: the picture, for the sampler of `glsl/environment.glsl`; its alpha is the light table's density.
+    - `cells`: the light table's list, for binding 0 of `glsl/light_table.glsl`.
+    - `size`: of the picture in texels, width first.
+    - `shift`: how many lower bits of 32 do not index the list.
+    - `block`: texels a side of the list's blocks.
+    - `is_even`: whether drawing directions by their light is of no use.
     """
 
     radiance: moderngl.Texture
-    buffers: tuple[moderngl.Buffer, ...]
+    cells: moderngl.Buffer
     size: tuple[int, int]
-    guide_shift: int
+    shift: int
+    block: int
+    is_even: bool
 
 
 # A table takes longer than a frame: pictures that differ in their material alone share it.
@@ -49,10 +54,10 @@ def _upload(ctx: moderngl.Context, environment: Environment) -> Lighting:
     limit = int(ctx.info["GL_MAX_TEXTURE_SIZE"])
     if max(width, height) > limit:
         raise UserError(f"`{environment.name}` is larger than this device's {limit} texels a side. Resize it.")
-    radiance = ctx.texture((width, height), 3, pixels.tobytes(), dtype="f4")
+    table = light_table(pixels)
+    light = np.concatenate([pixels, table.density[..., None]], axis=-1)
+    radiance = ctx.texture((width, height), 4, np.ascontiguousarray(light, np.float32).tobytes(), dtype="f4")
     radiance.filter = (moderngl.LINEAR, moderngl.LINEAR)
     radiance.repeat_x, radiance.repeat_y = True, False
-    table = light_table(pixels)
-    buffers = tuple(ctx.buffer(one.tobytes()) for one in (table.pdf, table.cells, table.cumulative, table.guide))
-    size = (table.pdf.shape[1], table.pdf.shape[0])
-    return Lighting(radiance, buffers, size, 32 - (len(table.guide).bit_length() - 1))
+    shift = 32 - (len(table.cells).bit_length() - 1)
+    return Lighting(radiance, ctx.buffer(table.cells.tobytes()), (width, height), shift, table.block, table.is_even)

@@ -6,6 +6,6 @@ jittered frame. A new pass is a file here, its shader in `glsl/pass/`, and its p
 
 from __future__ import annotations
 
-from . import accumulate, resolve, sky, surface, tone_map
+from . import accumulate, points, resolve, sky, surface, tone_map
 
-PASSES = (surface, sky, accumulate, resolve, tone_map)
+PASSES = (points, surface, sky, accumulate, resolve, tone_map)

@@ -1,74 +1,61 @@
-// A surface lit by the environment, right for any model: multiple importance sampling with the balance heuristic over
-// a fixed number of samples from each of these densities: cosine, environment, and every specular lobe that the material
-// proposes. The sum is unbiased whatever the proposals are; they only decide how noisy it is.
+// A surface lit by the environment, right for any model: multiple importance sampling with the balance heuristic of
+// directions that the material proposes and of directions that the light is in. The sum is unbiased whatever they are;
+// they only decide how noisy it is.
 //
 // - Veach, Guibas 1995, "Optimally Combining Sampling Techniques for Monte Carlo Rendering".
+//
+// Software renderers run both sides of every branch and one iteration too many of every loop that tests first. So both
+// directions are drawn before a loop over them whose body is the only copy of the material, and loops test last.
 
 #include "material"
-#include "environment.glsl"
 #include "light_table.glsl"
-#include "sampling.glsl"
+#include "mixture.glsl"
+#include "sequence.glsl"
+#include "shading_point.glsl"
 
-// A visible point whose interpolated normal turns away from the viewer is shaded as if seen at this cosine.
-const float COS_O_MIN = 1e-4;
-const int TECHNIQUES = 2 + PROPOSALS;
-
-in vec3 world_position;
-in vec3 world_normal;
-
-uniform vec3 camera_position;
-uniform mat3 world_to_environment;
-// Samples in this frame from the cosine, from the environment and from each lobe, the frame's number and how many there are.
-uniform ivec3 samples;
-uniform int frame_number;
-uniform int frames;
+// Points in each frame of each technique, of 1 or 2: the material's proposals, and then the light.
+uniform int samples;
+uniform int techniques;
+// How many frames came before this one in its sequence, and which sequence.
+uniform int first;
+uniform uint seed;
 
 out vec4 color;
 
-// Columns: tangent, bitangent, normal. The tangent runs around the vertical axis, as the parallels of a globe do.
-mat3 tangent_frame(vec3 n) {
-    vec3 tangent = abs(n.y) < 0.99999 ? normalize(vec3(n.z, 0.0, -n.x)) : vec3(1.0, 0.0, 0.0);
-    return mat3(tangent, cross(n, tangent), n);
-}
-
-vec3 sample_technique(int technique, vec3 wo, mat3 local_to_environment, uvec2 point) {
-    if (technique == 0) {
-        return sample_cosine(unit_point(point));
-    }
-    if (technique == 1) {
-        return sample_light(point) * local_to_environment;
-    }
-    return sample_lobe(specular_proposal(technique - 2, wo.z), wo, unit_point(point));
-}
-
-// The density of all samples together: each technique's, times its number of samples.
-float pdf_samples(Geometry g, vec2 uv) {
-    float pdf = float(samples.x) * (g.cos_i / PI) + float(samples.y) * pdf_light(uv);
-    for (int proposal = 0; proposal < PROPOSALS; proposal++) {
-        pdf += float(samples.z) * pdf_lobe(specular_proposal(proposal, g.cos_o), g);
-    }
-    return pdf;
-}
-
 void main() {
-    mat3 local_to_world = tangent_frame(normalize(world_normal));
+    ShadingPoint point = shading_point();
+    if (!point.is_of_part) {
+        discard;
+    }
+    mat3 local_to_world = tangent_frame(normalize(point.normal));
     mat3 local_to_environment = world_to_environment * local_to_world;
-    vec3 wo = normalize(camera_position - world_position) * local_to_world;
-    wo = normalize(vec3(wo.xy, max(wo.z, COS_O_MIN)));
+    vec3 wo = seen_from(point.position, local_to_world);
+    Mixture proposals = mixture_seen(wo);
+    uvec2 pixel = uvec2(gl_FragCoord.xy);
+    uvec2 material_seed = pcg3d(uvec3(pixel, 2u * seed)).xy;
+    uvec2 light_seed = pcg3d(uvec3(pixel, 2u * seed + 1u)).xy;
     vec3 sum = vec3(0.0);
-    for (int technique = 0; technique < TECHNIQUES; technique++) {
-        uvec2 shift = pixel_shift(uvec2(gl_FragCoord.xy), uint(technique));
-        int count = samples[min(technique, 2)];
-        for (int i = 0; i < count; i++) {
-            // Every frame gets its share of all of the lattice.
-            uvec2 point = lattice_point(uint(frame_number + i * frames), uint(count * frames), shift);
-            vec3 wi = sample_technique(technique, wo, local_to_environment, point);
+    int i = 0;
+    do {
+        uint index = uint(first * samples + i);
+        vec2 u = unit_point(sequence_point(index, material_seed));
+        int chosen = chosen_part(proposals, u.x);
+        vec3 proposed = sample_part(proposals, chosen, u);
+        vec2 lit_uv = sample_light(sequence_point(index, light_seed));
+        int technique = 0;
+        do {
+            vec3 w = technique == 0 ? local_to_environment * proposed : environment_direction(lit_uv);
+            vec2 uv = technique == 0 ? environment_uv(w) : lit_uv;
+            vec3 wi = technique == 0 ? proposed : w * local_to_environment;
             if (wi.z > HORIZON) {
                 Geometry g = geometry(wi, wo);
-                vec2 uv = environment_uv(local_to_environment * wi);
-                sum += lobes(g) * environment_radiance(uv) * (g.cos_i / pdf_samples(g, uv));
+                vec4 light = environment_light(uv);
+                float pdf = pdf_mixture(proposals, g) + (techniques > 1 ? pdf_light(light.a, w) : 0.0);
+                sum += lobes(g) * light.rgb * (g.cos_i / pdf);
             }
-        }
-    }
-    color = vec4(sum, 1.0);
+            technique++;
+        } while (technique < techniques);
+        i++;
+    } while (i < samples);
+    color = vec4(sum / float(samples), 1.0);
 }
