@@ -6,7 +6,7 @@ by which textures are interpolated; the density is therefore the interpolation o
 interpolated radiance.
 
 - Karlik, Sik, Vevoda, Skrivan, Krivanek 2019, "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance
-  Sampling": what lies below the mean is left to the other density.
+  Sampling": some of what lies below the mean is left to the other density.
 - Hilbert 1891, "Ueber die stetige Abbildung einer Linie auf ein Flaechenstueck": neighbours on the curve are neighbours
   in the sky, so that evenly spread numbers become evenly spread directions.
 
@@ -24,6 +24,8 @@ from numpy.typing import NDArray
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 # Larger pictures are listed in square blocks, as few as bring them to this width.
 _WIDTH_MAX = 2048
+# Of the mean, what is left to the other density: less noise in studio and sunset than with 0 or 1, by some percent.
+_LEFT = 0.5
 # Entries of the list: four for a mean texel of 1024 x 512.
 _ENTRIES_LOG2 = 21
 
@@ -48,7 +50,7 @@ class LightTable:
 def light_table(pixels: NDArray[np.float32]) -> LightTable:
     """The table of an environment's pixels, shape (h, w, 3).
 
-    It chooses by the luminance above the mean. Directions below it are never drawn: use it beside another density
+    It chooses by the luminance above half the mean. Directions below it are never drawn: use it beside another density
     that reaches them, as a material's proposals do.
     """
     height, width = pixels.shape[:2]
@@ -57,9 +59,9 @@ def light_table(pixels: NDArray[np.float32]) -> LightTable:
     sine = np.sin(np.pi * np.minimum((np.arange(len(luminance)) + 0.5) * block / height, 1))
     solid_angle = texels * sine[:, None]
     mean = float((luminance * solid_angle).sum() / solid_angle.sum())
-    above = np.maximum(luminance - mean, 0)
-    # Rounding leaves a constant picture some texels above its mean.
-    is_even = float(above.max()) <= 1e-5 * mean
+    above = np.maximum(luminance - _LEFT * mean, 0)
+    # A constant picture's mean is rounded.
+    is_even = float(np.ptp(luminance)) <= 1e-5 * mean
     counts = _apportioned((np.ones_like(above) if is_even else above) * solid_angle, 1 << _ENTRIES_LOG2)
     row, column = _hilbert_curve(*luminance.shape)
     cells = ((row.astype(np.uint32) << np.uint32(16)) + column.astype(np.uint32)) * np.uint32(block)
