@@ -2,7 +2,6 @@
 // each of which reads the mean light over the solid angle that it stands for. No fireflies, and right but for the blur.
 //
 // - Krivanek, Colbert 2008, "Real-time Shading with Filtered Importance Sampling".
-//
 
 #include "material"
 #include "mixture.glsl"
