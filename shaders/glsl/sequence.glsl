@@ -18,6 +18,13 @@ uvec3 pcg3d(uvec3 v) {
     return v;
 }
 
+// The seeds of one of a pixel's sequences. The lowest bits decide most of a permutation, and pcg3d's own are alike in 60 %
+// of neighbours: the upper ones are added to them.
+uvec2 sequence_seed(uvec2 pixel, uint stream) {
+    uvec2 v = pcg3d(uvec3(pixel, stream)).xy;
+    return v ^ (v >> 16u);
+}
+
 // A permutation in which every bit depends on the seed and on the lower bits alone (Burley 2020).
 uvec2 permuted_upwards(uvec2 v, uvec2 seed) {
     v += seed;

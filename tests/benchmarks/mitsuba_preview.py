@@ -141,7 +141,9 @@ def main() -> int:
             rows.append((samples, cost, errors[-1], float(np.squeeze(errors_seen)[inside].mean())))
         noise = _rms((srgb(halves[0]) - srgb(halves[1]))[inside]) / 2
         slope = np.polyfit(np.log2(_COUNTS), np.log2(errors), 1)[0]
-        print(f"{name}: reference {seconds:.0f} s, its noise {noise:.4f}; error x {2 ** (2 * slope):.2f} for 4 x samples")
+        print(
+            f"{name}: reference {seconds:.0f} s, its noise {noise:.4f}; error x {2 ** (2 * slope):.2f} for 4 x samples"
+        )
         for samples, cost, error, seen in rows:
             print(f"  {samples:5d} samples {cost:7.3f} s  sRGB RMSE {error:.4f}  FLIP {seen:.4f}", flush=True)
         if not math.isfinite(errors[-1]):

@@ -12,7 +12,7 @@ pytestmark = pytest.mark.gpu
 _TEXT = """
 #include "sequence.glsl"
 vec3 result(vec3 a, vec3 b) {
-    uvec2 seed = pcg3d(uvec3(b)).xy;
+    uvec2 seed = sequence_seed(uvec2(b.xy), uint(b.z));
     return vec3(unit_point(sequence_point(uint(a.x), seed)), 0.0);
 }
 """

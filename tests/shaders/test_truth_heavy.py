@@ -23,7 +23,7 @@ pytestmark = [pytest.mark.gpu, pytest.mark.heavy]
 # Places on the ball, from the default camera: 0 to 86 degrees from the viewer.
 _PLACES = ((0.0, 0.0), (0.35, 0.2), (-0.3, 0.6), (0.5, -0.55), (-0.75, -0.3), (0.2, -0.94))
 _EYE = np.array([0.0, 0.0, 4.77])
-_SIZE, _SAMPLES = 64, 256
+_SIZE, _SAMPLES = 64, 2048
 
 
 def _gradient() -> Environment:
@@ -62,9 +62,11 @@ def _truth(model: AbstractBRDF, sky: str, normal: NDArray[np.float64], nodes: in
 
 
 def _patch(normal: NDArray[np.float64]) -> Mesh:
-    """A flat triangle that touches the ball: the ball's own facets turn the normal by 1e-3 where they are seen aslant."""
+    """A flat triangle that touches the ball, whose own facets turn the normal by 1e-3 where they are seen aslant."""
     across = np.cross(normal, [0.6, 0.0, 0.8])
-    corners = [normal + 0.1 * (c * across + s * np.cross(normal, across)) for c, s in ((1, 0), (-0.5, 0.8), (-0.5, -0.8))]
+    corners = [
+        normal + 0.1 * (c * across + s * np.cross(normal, across)) for c, s in ((1, 0), (-0.5, 0.8), (-0.5, -0.8))
+    ]
     return Mesh(
         np.array(corners, np.float32), np.tile(normal.astype(np.float32), (3, 1)), np.array([[0, 1, 2]], np.uint32)
     )
@@ -73,7 +75,16 @@ def _patch(normal: NDArray[np.float64]) -> Mesh:
 def _rendered(model: AbstractBRDF, environment: Environment, normal: NDArray[np.float64]) -> NDArray[np.float64]:
     camera = Camera(tuple(_EYE), tuple(normal), vertical_fov=1e-4)
     scene = Scene(
-        (Part(model, _patch(normal)),), environment, 0.0, camera, 0.0, _SIZE, _SIZE, samples=_SAMPLES, sky=False, tone_map="none"
+        (Part(model, _patch(normal)),),
+        environment,
+        0.0,
+        camera,
+        0.0,
+        _SIZE,
+        _SIZE,
+        samples=_SAMPLES,
+        sky=False,
+        tone_map="none",
     )
     return render(scene).pixels[..., :3].mean(axis=(0, 1), dtype=np.float64)
 
@@ -88,7 +99,7 @@ def test_the_truth_is_the_integral_of_the_models_own_values(name: str, which: st
         errors = []
         for x, y in _PLACES:
             normal = np.array([x, y, math.sqrt(1 - x * x - y * y)])
-            truth, finer = (_truth(model, sky, normal, nodes) for nodes in (64, 96))
+            truth, finer = (_truth(model, sky, normal, nodes) for nodes in (96, 160))
             # The oracle's own error.
             np.testing.assert_allclose(truth, finer, rtol=3e-4)
             errors.append(_rendered(model, environment, normal) / finer - 1)

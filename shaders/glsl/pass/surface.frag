@@ -32,8 +32,8 @@ void main() {
     vec3 wo = seen_from(point.position, local_to_world);
     Mixture proposals = mixture_seen(wo);
     uvec2 pixel = uvec2(gl_FragCoord.xy);
-    uvec2 material_seed = pcg3d(uvec3(pixel, 2u * seed)).xy;
-    uvec2 light_seed = pcg3d(uvec3(pixel, 2u * seed + 1u)).xy;
+    uvec2 material_seed = sequence_seed(pixel, 2u * seed);
+    uvec2 light_seed = sequence_seed(pixel, 2u * seed + 1u);
     vec3 sum = vec3(0.0);
     int i = 0;
     do {
