@@ -70,8 +70,14 @@ class Frame:
                 depth = self.picture("points").depth_attachment
             self._pictures[name] = self.ctx.framebuffer(textures, depth)
             self._pictures[name].depth_mask = name == "points"
-            self._pictures[name].clear()
+            self.clear(name)
         return self._pictures[name]
+
+    def clear(self, name: str) -> None:
+        """Sets a picture to 0, and its depth, if it owns one, to the far plane."""
+        # Used before: a framebuffer that is not is cleared within the limits of another one's last tile.
+        self.picture(name).use()
+        self.picture(name).clear()
 
     def bind_picture(self, name: str) -> None:
         """Makes a picture readable by the sampler of its name."""

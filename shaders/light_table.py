@@ -75,8 +75,9 @@ def _blocks(luminance: NDArray[np.float32], block: int) -> tuple[NDArray[np.floa
     height, width = luminance.shape
     starts = np.arange(0, height, block), np.arange(0, width, block)
     total = np.add.reduceat(np.add.reduceat(luminance.astype(np.float64), starts[0], axis=0), starts[1], axis=1)
-    sizes = [np.diff(np.append(start, end)) for start, end in zip(starts, (height, width), strict=True)]
-    texels = np.outer(*sizes).astype(np.float64)
+    texels = np.minimum(height - starts[0], block)[:, None] * np.minimum(width - starts[1], block)[None, :].astype(
+        float
+    )
     return total / texels, texels
 
 
@@ -103,7 +104,7 @@ def _apportioned(weight: NDArray[np.float64], entries: int) -> NDArray[np.int64]
 
 
 def _hilbert_curve(height: int, width: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Rows and columns of a grid's cells in the order in which a Hilbert curve over the enclosing square visits them."""
+    """Rows and columns of a grid's cells in the order of a Hilbert curve over the enclosing square."""
     x = y = np.zeros(1, np.int64)
     side = 1
     while side < max(height, width):

@@ -23,7 +23,7 @@ def prepare(frame: Frame) -> Callable[[int], None]:
     draws = [_prepare_part(frame, part, number) for number, part in enumerate(frame.scene.parts, 1)]
 
     def draw(number: int) -> None:
-        frame.picture("points").clear()
+        frame.clear("points")
         frame.ctx.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         frame.ctx.depth_func = "<"
         for draw_part in draws:

@@ -30,7 +30,7 @@ def prepare(frame: Frame) -> Callable[[int], None]:
     draws = [_prepare_part(frame, part, number, light) for number, part in enumerate(frame.scene.parts, 1)]
 
     def draw(number: int) -> None:
-        frame.picture("frame").clear()
+        frame.clear("frame")
         frame.ctx.enable_only(moderngl.DEPTH_TEST)
         # The triangle at the far plane lies behind every point, and nowhere else: other pixels are skipped at once.
         frame.ctx.depth_func = ">"

@@ -3,10 +3,10 @@
     python tests/benchmarks/mitsuba_preview.py sky.hdr --reference-samples 1024
 
 Mitsuba's rows are spread from pole to pole, texel centres on the poles (`v = acos(y) / pi (H - 1)`), and its column 0
-looks along -z. The picture it gets has 2 H + 1 rows, at which ours is interpolated exactly, and is turned by half: both
-see the same light. Errors are those of the sRGB-encoded picture, clipped to [0, 1], inside the ball; the reference's own
-noise is estimated from two halves of its samples. Needs `mitsuba` and `flip-evaluator`, and ends with a sentence when
-one is missing.
+looks along -z. The picture it gets has 2 H + 1 rows, at which ours is interpolated exactly, and is turned by half:
+both see the same light. Errors are those of the sRGB-encoded picture, clipped to [0, 1], inside the ball; the
+reference's own noise is estimated from two halves of its samples. Needs `mitsuba` and `flip-evaluator`, and ends with a
+sentence when one is missing.
 """
 
 from __future__ import annotations
@@ -130,10 +130,10 @@ def main() -> int:
         halves = [reference(mi, bsdf, sky, given.reference_samples // 2, seed) for seed in (1, 2)]
         seconds = time.perf_counter() - started
         truth = srgb(0.5 * (halves[0] + halves[1]))
+        inside = ours(model, environment, _COUNTS[0])[1] == 1
         rows, errors = [], []
         for samples in _COUNTS:
-            linear, coverage, cost = ours(model, environment, samples)
-            inside = coverage == 1
+            linear, _, cost = ours(model, environment, samples)
             found = srgb(linear)
             errors.append(_rms((found - truth)[inside]))
             masked = [np.where(inside[..., None], picture, 0).astype(np.float32) for picture in (truth, found)]

@@ -205,6 +205,14 @@ def test_exposure_multiplies_the_linear_picture_by_powers_of_two():
     np.testing.assert_allclose(brighter, 4 * plain, rtol=1e-6)
 
 
+def test_a_picture_is_not_cut_to_the_size_of_the_last_one():
+    # A clear is limited by the scissor, which the last picture's tiles have left.
+    large, small = ({"width": size, "height": size, "samples": 16} for size in (96, 48))
+    first = _picture(brdf.build("lambert"), _smooth(), **large).pixels
+    _picture(brdf.build("lambert"), _smooth(), **small)
+    np.testing.assert_array_equal(_picture(brdf.build("lambert"), _smooth(), **large).pixels, first)
+
+
 def test_the_same_scene_gives_the_same_picture_and_compiles_nothing_twice():
     material = brdf.build("oren_nayar+ggx")
     first, second = (_picture(material, _smooth(), samples=28) for _ in range(2))

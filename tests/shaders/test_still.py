@@ -95,7 +95,7 @@ def _still(model: AbstractBRDF, samples: int) -> NDArray[np.float32]:
     program = frame.programs.graphics(
         "pass/full_screen.vert", "pass/still.frag", {}, {"material": scene.parts[0].twin.text}
     )
-    frame.picture("frame").clear()
+    frame.clear("frame")
     frame.ctx.enable_only(moderngl.DEPTH_TEST)
     frame.ctx.depth_func = ">"
     for unit, texture in enumerate(frame.picture("points").color_attachments, 4):
