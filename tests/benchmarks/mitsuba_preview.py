@@ -82,7 +82,7 @@ def reference(mi: Any, bsdf: dict[str, Any], sky: Picture, samples: int, seed: i
                 "fov_axis": "y",
                 "to_world": camera,
                 "film": film,
-                "sampler": {"type": "multijitter", "sample_count": samples},
+                "sampler": {"type": "independent", "sample_count": samples},
             },
             "ball": {"type": "sphere", "bsdf": bsdf},
             "sky": {"type": "envmap", "bitmap": mi.Bitmap(sky)},
