@@ -24,5 +24,5 @@ class Twin:
     is_anisotropic: bool = False
 
 
-# The bindings below are those of the light table.
+# The bindings below are for the light.
 FIRST_BUFFER = 8
