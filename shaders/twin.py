@@ -28,7 +28,7 @@ class Twin:
     is_anisotropic: bool = False
 
 
-# Bindings of the uniform block and of the first storage buffer; those below that one are the light table's.
+# Bindings of the uniform block and of the first storage buffer; those below that one are for the light.
 BLOCK = 0
 FIRST_BUFFER = 8
 

@@ -49,18 +49,18 @@ def test_an_equal_scene_does_nothing_the_second_time_and_gives_the_same_picture(
     ("change", "passes", "uploads"),
     [
         ({"exposure": 1.0}, ["resolve", "tone_map"], False),
-        ({"alpha": 0.4}, ["materials", "surface_truth", "sky", "accumulate", "resolve", "tone_map"], True),
-        ({"rotation": 1.0}, ["surface_truth", "sky", "accumulate", "resolve", "tone_map"], False),
-        ({"camera": Camera((0, 0, 6))}, ["surface_truth", "sky", "accumulate", "resolve", "tone_map"], False),
-        ({"samples": 64}, ["surface_truth", "sky", "accumulate", "resolve", "tone_map"], False),
+        ({"alpha": 0.4}, ["materials", "points", "surface_truth", "sky", "accumulate", "resolve", "tone_map"], True),
+        ({"rotation": 1.0}, ["points", "surface_truth", "sky", "accumulate", "resolve", "tone_map"], False),
+        ({"camera": Camera((0, 0, 6))}, ["points", "surface_truth", "sky", "accumulate", "resolve", "tone_map"], False),
+        ({"samples": 64}, ["points", "surface_truth", "sky", "accumulate", "resolve", "tone_map"], False),
         (
             {"environment": OTHER_SKY},
-            ["environment", "light_table", "surface_truth", "sky", "accumulate", "resolve", "tone_map"],
+            ["environment", "light_table", "points", "surface_truth", "sky", "accumulate", "resolve", "tone_map"],
             True,
         ),
         ({"tone_map": "none"}, [], False),
-        ({"sky": "none"}, ["surface_truth", "accumulate", "resolve", "tone_map"], False),
-        ({"width": 64, "height": 80}, ["surface_truth", "sky", "accumulate", "resolve", "tone_map"], False),
+        ({"sky": "none"}, ["points", "surface_truth", "accumulate", "resolve", "tone_map"], False),
+        ({"width": 64, "height": 80}, ["points", "surface_truth", "sky", "accumulate", "resolve", "tone_map"], False),
     ],
 )
 def test_a_change_runs_what_depends_on_it_and_the_picture_is_that_of_a_new_renderer(
