@@ -13,6 +13,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .kernel import COSINE, POWERS, SATURATED, Kernel, nearest_kernel, round_values
 from .round_samples import Array, Evaluate, Samples, sample_material
@@ -180,14 +181,24 @@ def _with_colors(samples: Samples, kernels: Sequence[Kernel], tilt: Array, lean:
         ]
         amplitude = np.stack(channels, axis=-1)
         share = np.einsum("vb,nbc->nv", samples.basis, amplitude).max(axis=1)
+        mirrored = _leaning_back(lean[live])
+        share = np.maximum(share, share[mirrored])
         is_live = share > _SHARE_MIN * share.max(initial=0.0)
         if is_live.all() or not is_live.any():
             break
         live = live[is_live]
+    # Seen from across, those that lean to both sides are alike, as the shader takes them to be.
+    across = amplitude.shape[1] // 2
+    amplitude[:, across:] = 0.5 * (amplitude[:, across:] + amplitude[mirrored, across:])
     # A black material has one lobe all the same, of no amplitude.
     is_live = is_live if is_live.any() else np.arange(len(live)) == len(live) - len(_ENDING_AT_HORIZON)
     kept = live[is_live]
     return RoundFit(tuple(kernels[i] for i in kept), tilt[kept], lean[kept], amplitude[is_live], samples.azimuth)
+
+
+def _leaning_back(lean: Array) -> NDArray[np.intp]:
+    """Of each lobe, the one that leans the other way; of one that does not lean, itself."""
+    return np.where(lean == 0, np.arange(len(lean)), np.abs(lean[:, None] + lean).argmin(axis=1))
 
 
 def _column(samples: Samples, kernel: Kernel, tilt: Array, lean: float) -> Array:

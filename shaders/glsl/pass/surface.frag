@@ -8,6 +8,7 @@
 #include "environment.glsl"
 #include "light_table.glsl"
 #include "sampling.glsl"
+#include "tangent.glsl"
 
 // A visible point whose interpolated normal turns away from the viewer is shaded as if seen at this cosine.
 const float COS_O_MIN = 1e-4;
@@ -25,12 +26,6 @@ uniform int first;
 uniform uint seed;
 
 out vec4 color;
-
-// Columns: tangent, bitangent, normal. The tangent runs around the vertical axis, as the parallels of a globe do.
-mat3 tangent_frame(vec3 n) {
-    vec3 tangent = abs(n.y) < 0.99999 ? normalize(vec3(n.z, 0.0, -n.x)) : vec3(1.0, 0.0, 0.0);
-    return mat3(tangent, cross(n, tangent), n);
-}
 
 vec3 sample_technique(int technique, vec3 wo, mat3 local_to_environment, uvec2 point) {
     if (technique == 0) {
