@@ -82,7 +82,9 @@ def test_a_blur_is_the_sum_over_all_texels(power: float, width: float):
 def test_a_blur_keeps_the_energy(kernel: Kernel):
     pixels = _harsh(48)
     blurred = _blurred(pixels, kernel, kernel.degree, 128)
-    energy = [np.einsum("hw,hwc->c", _solid_angles(*one.shape[:2]), one.astype(np.float64)) for one in (pixels, blurred)]
+    energy = [
+        np.einsum("hw,hwc->c", _solid_angles(*one.shape[:2]), one.astype(np.float64)) for one in (pixels, blurred)
+    ]
     # The rule over the rows of the smooth result is off by the square of their height.
     np.testing.assert_allclose(energy[1], energy[0], rtol=1e-3)
 

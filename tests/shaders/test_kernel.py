@@ -52,7 +52,9 @@ def test_the_nearest_kernel_is_within_half_a_step():
         assert step <= 0.5 + 1e-9
 
 
-@pytest.mark.parametrize("kernel", [one for one in KERNELS if one.width >= 0.03 or one.power == 0], ids=lambda one: one.name)
+@pytest.mark.parametrize(
+    "kernel", [one for one in KERNELS if one.width >= 0.03 or one.power == 0], ids=lambda one: one.name
+)
 def test_beyond_its_degree_little_of_a_kernel_is_left(kernel: Kernel):
     # Its height is the sum of (2 l + 1) / (4 pi) times its coefficients.
     found = kernel_coefficients(kernel.values, kernel.degree)
