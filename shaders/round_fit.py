@@ -27,6 +27,9 @@ _TILT_MAX = 2.0
 _STEPS = 25
 _DIFFERENCE = 1e-3
 _SPECULAR_MAX = 3
+# How much a lobe counts that is away from the mirror direction by its width: else a faint one may lie anywhere, and the
+# sun shines twice. Less towards the rim, where highlights do lean away from there.
+_ASTRAY = 0.02
 # Another lobe must make the sum of squares smaller by this part; below this misfit none is added.
 _GAIN = 0.12
 _GOOD = 0.02
@@ -140,12 +143,13 @@ def _search(samples: Samples, at_horizon: Array, shape: _Shape) -> tuple[_Shape,
     def made(p: Array) -> _Shape:
         return _Shape(shape.power, p[:n], p[n:].reshape(n, _TILT_COEFFICIENTS), shape.lean)
 
-    def residual(round_columns: Array) -> Array:
-        return samples.residual(np.concatenate([round_columns, at_horizon], axis=-1))
+    def residual(round_columns: Array, p: Array) -> Array:
+        found = samples.residual(np.concatenate([round_columns, at_horizon], axis=-1))
+        return np.concatenate([found, _astray(samples, made(p))])
 
     p = np.concatenate([shape.log_width, shape.tilt.ravel()])
     columns = made(p).columns(samples)
-    error, damping = residual(columns), 1e-2
+    error, damping = residual(columns, p), 1e-2
     for _ in range(_STEPS):
         jacobian = np.empty((len(error), len(p)))
         for i in range(len(p)):
@@ -154,21 +158,30 @@ def _search(samples: Samples, at_horizon: Array, shape: _Shape) -> tuple[_Shape,
             moved[i] += step
             other = columns.copy()
             other[..., lobe] = made(moved).column(samples, lobe)
-            jacobian[:, i] = (residual(other) - error) / step
+            jacobian[:, i] = (residual(other, moved) - error) / step
         hessian, gradient = jacobian.T @ jacobian, jacobian.T @ error
         before = _square(error)
         for _ in range(4):
             scaled = hessian + damping * np.diag(np.diag(hessian) + 1e-9)
             trial = np.clip(p - np.linalg.solve(scaled, gradient), lower, upper)
             trial_columns = made(trial).columns(samples)
-            trial_error = residual(trial_columns)
+            trial_error = residual(trial_columns, trial)
             if _square(trial_error) < before:
                 p, columns, error, damping = trial, trial_columns, trial_error, 0.3 * damping
                 break
             damping *= 10
         if _square(error) > 0.998 * before:
             break
-    return made(p), _square(error)
+    found = made(p)
+    return found, _square(samples.residual(np.concatenate([columns, at_horizon], axis=-1)))
+
+
+def _astray(samples: Samples, shape: _Shape) -> Array:
+    """How far lobes lie from the mirror direction, in units of their widths, shape (v n,)."""
+    cos_o = samples.wo[:, 2:]
+    tilt = (cos_o ** np.arange(_TILT_COEFFICIENTS)) @ shape.tilt.T
+    far = (tilt - 1) * cos_o**2 * np.sqrt(1 - cos_o**2) / np.exp(shape.log_width)
+    return (_ASTRAY * np.sqrt(samples.area)[:, None] * far).ravel()
 
 
 def _with_colors(samples: Samples, kernels: Sequence[Kernel], tilt: Array, lean: Array) -> RoundFit:

@@ -34,7 +34,7 @@ from .source import assemble
 from .twin import Twin
 
 # Names the way in which lobes are found: another one must not find the lobes that this one kept.
-_KIND = "lobes-5"
+_KIND = "lobes-6"
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

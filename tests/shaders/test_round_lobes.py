@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 import brdf
 from brdf.integrate import albedos, half_vector_rule
 from shaders import Environment, Part, Scene, evaluate, load_environment, render
-from shaders.kernel import COSINE, SATURATED
+from shaders.kernel import COSINE
 from shaders.material_block import twin
 from shaders.round_lobes import RoundLobes, _monomials, round_lobes
 from shaders.round_samples import _wide_direction
@@ -125,6 +125,16 @@ def test_in_a_furnace_a_pixel_is_the_sum_of_the_amplitudes(model: brdf.AbstractB
         expected = _total(lobes, np.array([-ray @ n]), phi)[0]
         # The flat triangles of the mesh are seen a little beside the sphere.
         np.testing.assert_allclose(found[row, column], expected, rtol=3e-3)
+
+
+def test_a_clearcoat_shows_the_sun_once():
+    # Lobes lie where the mirror direction is, by less than their width beside it, for viewers who see half of the ball.
+    lobes = round_lobes(twin(brdf.MODELS["disney"](clearcoat=1.0, clearcoat_gloss=0.8)))
+    for kernel, tilt in zip(lobes.kernels, lobes.tilt, strict=True):
+        if kernel.power:
+            cos_o = np.linspace(0.75, 1, 6)
+            beside = np.abs(polynomial.polyval(cos_o, tilt) - 1) * 2 * np.arccos(cos_o)
+            assert beside.max() < 2 * kernel.width
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.4, 1.2, 2.4])
