@@ -1,4 +1,4 @@
-"""The interactive tier in the renderer. Oracles: the truth tier, which is held to float64 elsewhere; laws; the counts."""
+"""The interactive tier in the renderer. Oracles: the truth tier, held to float64 elsewhere; laws; the counts."""
 
 from __future__ import annotations
 

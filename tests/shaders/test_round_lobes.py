@@ -128,12 +128,12 @@ def test_in_a_furnace_a_pixel_is_the_sum_of_the_amplitudes(model: brdf.AbstractB
 
 
 def test_a_clearcoat_shows_the_sun_once():
-    # Lobes lie where the mirror direction is, by less than their width beside it, for viewers who see half of the ball.
+    # Lobes lie where the mirror direction is, or beside it by less than their half width, twice `width`.
     lobes = round_lobes(twin(brdf.MODELS["disney"](clearcoat=1.0, clearcoat_gloss=0.8)))
     for kernel, tilt in zip(lobes.kernels, lobes.tilt, strict=True):
         if kernel.power:
-            cos_o = np.linspace(0.75, 1, 6)
-            beside = np.abs(polynomial.polyval(cos_o, tilt) - 1) * 2 * np.arccos(cos_o)
+            cos_o = np.linspace(0.8, 1, 6)
+            beside = np.abs(polynomial.polyval(cos_o, tilt) - 1) * np.arccos(cos_o)
             assert beside.max() < 2 * kernel.width
 
 
