@@ -26,15 +26,17 @@ _GROUP = 8  # local_size_x and local_size_y in the compute shaders
 _TEXELS_MIN, _TEXELS_MAX = 16, 512
 # Points of a texel of that cube, a side: a sun of one texel must not slip through.
 _SIDE = 3
-# Points of a narrow kernel.
+# Points of a narrow kernel, an even number.
 _POINTS = 24
 # Above all radiance.
 _RADIANCE_MAX = 3e38
 _GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 # Wider pictures are averaged for the harmonics, which cannot tell.
 _WIDTH_MAX = 1024
+# Rows of a picture per degree: with fewer, its texels, which count as points, are told from an even light.
+_ROWS_PER_DEGREE = 4
 # Names the way in which pictures are blurred: another one must not find what this one kept.
-_KIND = "blur-3"
+_KIND = "blur-4"
 
 
 def blur_name(environment: Environment, kernel: Kernel) -> str:
@@ -126,7 +128,8 @@ def blurred_pixels(environment: Environment, kernel: Kernel) -> NDArray[np.float
     """
 
     def make() -> dict[str, NDArray[np.generic]]:
-        pixels = _reduced(np.minimum(environment.pixels, find_lamps(environment).limit))
+        dim = np.minimum(environment.pixels, np.float32(find_lamps(environment).limit))
+        pixels = _resampled(dim, _ROWS_PER_DEGREE * kernel.degree)
         degree = min(kernel.degree, len(pixels))
         coefficients = analyse(pixels, degree) * kernel.coefficients()[: degree + 1, None]
         height = max(2 * kernel.texels, degree)
@@ -136,27 +139,55 @@ def blurred_pixels(environment: Environment, kernel: Kernel) -> NDArray[np.float
     return np.asarray(kept(_KIND, ingredients, make)["pixels"], np.float32)
 
 
-def _reduced(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The mean over square blocks, the smallest that bring the width to the limit."""
+def _resampled(pixels: NDArray[np.float32], rows: int) -> NDArray[np.float32]:
+    """The picture no wider than the limit, and below it with this many rows or more."""
     height, width = pixels.shape[:2]
-    block = -(-width // _WIDTH_MAX)
-    if block == 1:
+    if width > _WIDTH_MAX:
+        return _reduced(pixels, -(-width // _WIDTH_MAX))
+    times = min(-(-rows // height), _WIDTH_MAX // width)
+    if times <= 1:
         return pixels
-    padded = np.pad(pixels, ((0, -height % block), (0, -width % block), (0, 0)), mode="edge")
-    return padded.reshape(padded.shape[0] // block, block, padded.shape[1] // block, block, 3).mean(axis=(1, 3))
+    padded = np.pad(pixels, ((1, 1), (0, 0), (0, 0)), mode="edge")
+    taller = _between(padded, times)
+    return _between(np.pad(taller, ((0, 0), (1, 1), (0, 0)), mode="wrap").swapaxes(0, 1), times).swapaxes(0, 1)
+
+
+def _between(rows: NDArray[np.float32], times: int) -> NDArray[np.float32]:
+    """As many rows in place of each but the first and the last, interpolated linearly as a texture's are."""
+    place = (np.arange((len(rows) - 2) * times) + 0.5) / times + 0.5
+    before = place.astype(int)
+    part = (place - before).astype(np.float32)[:, None, None]
+    return np.asarray((1 - part) * rows[before] + part * rows[before + 1], np.float32)
+
+
+def _reduced(pixels: NDArray[np.float32], block: int) -> NDArray[np.float32]:
+    """The mean over square blocks, by solid angle."""
+    height, width = pixels.shape[:2]
+    edges = np.cos(np.pi * np.arange(height + 1) / height)
+    padding = (0, -height % block), (0, -width % block)
+    padded = np.pad(pixels, (*padding, (0, 0)), mode="edge")
+    weight = np.pad(edges[:-1] - edges[1:], padding[0], mode="edge").astype(np.float32).reshape(-1, block, 1)
+    across = padded.reshape(len(padded), -1, block, 3).mean(axis=2)
+    return (
+        (across.reshape(len(weight), block, -1) * weight / weight.sum(axis=1, keepdims=True))
+        .sum(axis=1)
+        .reshape(len(weight), -1, 3)
+    )
 
 
 def _points(kernel: Kernel, texels: int) -> NDArray[np.float32]:
-    """Points about +z as dense as the kernel is high, on a spiral, with the level of a cube map for each."""
+    """Points about +z as dense as the kernel is high, with the level of a cube map for each: on a spiral, two by two on
+    opposite sides, so that their mean is the middle."""
     theta = np.pi * (np.arange(8193) / 8192) ** 4
     value = kernel.values(np.tan(0.5 * theta) ** 2)
     shell = 0.5 * ((value * np.sin(theta))[1:] + (value * np.sin(theta))[:-1]) * np.diff(theta)
     before = np.concatenate([[0.0], np.cumsum(shell)])
-    at = np.interp((np.arange(_POINTS) + 0.5) / _POINTS, before / before[-1], theta)
+    pair, side = np.divmod(np.arange(_POINTS), 2)
+    at = np.interp((pair + 0.5) / (_POINTS // 2), before / before[-1], theta)
     density = np.interp(at, theta, value)
     share, texel = 1 / (_POINTS * density), 4 * np.pi / (6 * texels**2)
     level = np.clip(0.5 * np.log2(share / texel), 0, math.log2(texels))
-    turn = _GOLDEN_ANGLE * np.arange(_POINTS)
+    turn = _GOLDEN_ANGLE * pair + np.pi * side
     return np.stack([np.sin(at) * np.cos(turn), np.sin(at) * np.sin(turn), np.cos(at), level], axis=-1).astype(
         np.float32
     )

@@ -56,7 +56,7 @@ class Kernel:
 
     @property
     def degree(self) -> int:
-        """The degree in spherical harmonics above which 1e-3 of the kernel's value, or less, is left."""
+        """The degree in spherical harmonics above which 1e-2 of the kernel's height, or less, is left."""
         if self.power == 0:
             return 40
         return max(math.ceil((3.2 if math.isinf(self.power) else 4.6) / self.width), 24)

@@ -13,6 +13,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .kernel import COSINE, POWERS, SATURATED, Kernel, nearest_kernel, round_values
 from .round_samples import Array, Evaluate, Samples, sample_material
@@ -26,6 +27,9 @@ _TILT_MAX = 2.0
 # Steps of the search for one lobe, two, three.
 _STEPS = (6, 8, 20)
 _DIFFERENCE = 1e-3
+# How much a lobe counts that is away from the mirror direction by its width: else a faint one may lie anywhere, and the
+# sun shines twice. Less towards the rim, where highlights do lean away from there.
+_ASTRAY = 0.02
 # Another lobe must make the sum of squares smaller by this part; below this misfit none is added.
 _GAIN = 0.12
 _GOOD = 0.02
@@ -157,12 +161,12 @@ def _search(samples: Samples, at_horizon: Array, shape: _Shape, steps: int) -> t
             damping *= 10
         if now.cost > 0.998 * before:
             break
-    return now.shape, now.cost
+    return now.shape, samples.cost(now.columns)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class _Solution:
-    """A shape with its best amplitudes: `columns` (v, c, n + 2), `coefficients` (n + 2, b), `error` (v c,)."""
+    """A shape with its best amplitudes: `columns` (v, c, n + 2), `coefficients` (n + 2, b), `error` (v c + v n,)."""
 
     shape: _Shape
     columns: Array
@@ -177,28 +181,51 @@ class _Solution:
 def _solve(samples: Samples, at_horizon: Array, shape: _Shape) -> _Solution:
     columns = np.concatenate([shape.columns(samples), at_horizon], axis=-1)
     coefficients = samples.mean_amplitudes(columns)
-    return _Solution(shape, columns, coefficients, samples.error(columns, coefficients))
+    error = np.concatenate([samples.error(columns, coefficients), _astray(samples, shape).ravel()])
+    return _Solution(shape, columns, coefficients, error)
+
+
+def _astray(samples: Samples, shape: _Shape) -> Array:
+    """How far lobes lie from the mirror direction, in units of their widths, shape (v, n)."""
+    tilt = (samples.wo[:, 2:] ** np.arange(_TILT_COEFFICIENTS)) @ shape.tilt.T
+    return _astray_per_tilt(samples, shape) * (tilt - 1)
+
+
+def _astray_per_tilt(samples: Samples, shape: _Shape) -> Array:
+    cos_o = samples.wo[:, 2:]
+    weight = _ASTRAY * np.sqrt(samples.area)[:, None] * cos_o**2 * np.sqrt(1 - cos_o**2)
+    return weight / np.exp(shape.log_width)
 
 
 def _derivative(samples: Samples, now: _Solution) -> Array:
-    """The derivative of the error by widths and then by the tilts' coefficients, shape (v c, 4 n)."""
+    """The derivative of the error by widths and then by the tilts' coefficients, shape (v c + v n, 4 n)."""
     n = len(now.shape.lean)
     amplitude, root = samples.basis @ now.coefficients.T, np.sqrt(samples.importance)
     by_width, by_tilt = [], []
+    # A tilt's coefficients differ by powers of the viewer's cosine.
+    powers = samples.wo[:, 2:, None] ** np.arange(_TILT_COEFFICIENTS)
     for i in range(n):
         wider = dataclasses.replace(now.shape, log_width=now.shape.log_width + _DIFFERENCE).column(samples, i)
         tilted = dataclasses.replace(now.shape, tilt=now.shape.tilt + _DIFFERENCE * _MIRRORED).column(samples, i)
         weight = amplitude[:, i, None] * root / _DIFFERENCE
         by_width.append((wider - now.columns[..., i]) * weight)
-        # A tilt's coefficients differ by powers of the viewer's cosine.
-        powers = samples.wo[:, 2:, None] ** np.arange(_TILT_COEFFICIENTS)
         by_tilt.append(((tilted - now.columns[..., i]) * weight)[..., None] * powers)
     tilts = np.concatenate(by_tilt, axis=-1).reshape(-1, n * _TILT_COEFFICIENTS)
     jacobian = np.concatenate([np.stack(by_width, axis=-1).reshape(-1, n), tilts], axis=1)
     free = np.argwhere(now.coefficients > 0)
     followed = now.columns[..., free[:, 0]] * samples.basis[:, None, free[:, 1]] * root[..., None]
     q, _ = np.linalg.qr(followed.reshape(len(jacobian), -1))
-    return jacobian - q @ (q.T @ jacobian)
+    return np.concatenate([jacobian - q @ (q.T @ jacobian), _astray_derivative(samples, now.shape)])
+
+
+def _astray_derivative(samples: Samples, shape: _Shape) -> Array:
+    """The derivative of `_astray`, shape (v n, 4 n)."""
+    v, n = len(samples.wo), len(shape.lean)
+    own = np.eye(n)
+    by_width = -_astray(samples, shape)[:, :, None] * own
+    powers = samples.wo[:, 2:] ** np.arange(_TILT_COEFFICIENTS)
+    by_tilt = _astray_per_tilt(samples, shape)[:, :, None, None] * own[:, :, None] * powers[:, None, None, :]
+    return np.concatenate([by_width, by_tilt.reshape(v, n, -1)], axis=2).reshape(v * n, -1)
 
 
 def _with_colors(samples: Samples, kernels: Sequence[Kernel], tilt: Array, lean: Array) -> RoundFit:
@@ -211,14 +238,24 @@ def _with_colors(samples: Samples, kernels: Sequence[Kernel], tilt: Array, lean:
         ]
         amplitude = np.stack(channels, axis=-1)
         share = np.einsum("vb,nbc->nv", samples.basis, amplitude).max(axis=1)
+        mirrored = _leaning_back(lean[live])
+        share = np.maximum(share, share[mirrored])
         is_live = share > _SHARE_MIN * share.max(initial=0.0)
         if is_live.all() or not is_live.any():
             break
         live = live[is_live]
+    # Seen from across, those that lean to both sides are alike, as the shader takes them to be.
+    across = amplitude.shape[1] // 2
+    amplitude[:, across:] = 0.5 * (amplitude[:, across:] + amplitude[mirrored, across:])
     # A black material has one lobe all the same, of no amplitude.
     is_live = is_live if is_live.any() else np.arange(len(live)) == len(live) - len(_ENDING_AT_HORIZON)
     kept = live[is_live]
     return RoundFit(tuple(kernels[i] for i in kept), tilt[kept], lean[kept], amplitude[is_live], samples.azimuth)
+
+
+def _leaning_back(lean: Array) -> NDArray[np.intp]:
+    """Of each lobe, the one that leans the other way; of one that does not lean, itself."""
+    return np.where(lean == 0, np.arange(len(lean)), np.abs(lean[:, None] + lean).argmin(axis=1))
 
 
 def _column(samples: Samples, kernel: Kernel, tilt: Array, lean: float) -> Array:

@@ -107,7 +107,7 @@ def sample_material(evaluate: Evaluate, is_anisotropic: bool) -> Samples:
     cos_o, turn = np.repeat(cosine, around), np.tile(phi, len(cosine))
     wi, wo, solid_angle = _pairs(cos_o, np.add(turn, azimuth, dtype=np.float64))
     value = evaluate(wi.reshape(-1, 3), np.repeat(wo, wi.shape[1], axis=0)).reshape(wi.shape).astype(np.float64)
-    value = np.nan_to_num(value) * np.maximum(wi[..., 2:], 0)
+    value = np.nan_to_num(value, posinf=0.0) * np.maximum(wi[..., 2:], 0)
     below, around_below = _below()
     wi = np.concatenate([wi, np.broadcast_to(below, (len(wo), *below.shape))], axis=1)
     solid_angle = np.concatenate([solid_angle, np.broadcast_to(around_below, (len(wo), len(below)))], axis=1)

@@ -28,9 +28,10 @@ class Twin:
     is_anisotropic: bool = False
 
 
-# Bindings of the uniform block and of the first storage buffer; those below that one are for the light.
+# Bindings of the uniform block and of the first storage buffer; those below that one are for the light. OpenGL 4.3
+# promises no more than eight.
 BLOCK = 0
-FIRST_BUFFER = 8
+FIRST_BUFFER = 4
 
 
 def twin_of(material: AbstractBRDF | Twin) -> Twin:
