@@ -117,7 +117,7 @@ def _between(rows: NDArray[np.float32], times: int) -> NDArray[np.float32]:
     place = (np.arange((len(rows) - 2) * times) + 0.5) / times + 0.5
     before = place.astype(int)
     part = (place - before).astype(np.float32)[:, None, None]
-    return (1 - part) * rows[before] + part * rows[before + 1]
+    return ((1 - part) * rows[before] + part * rows[before + 1]).astype(np.float32)
 
 
 def _reduced(pixels: NDArray[np.float32], block: int) -> NDArray[np.float32]:
