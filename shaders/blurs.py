@@ -157,7 +157,7 @@ def _between(rows: NDArray[np.float32], times: int) -> NDArray[np.float32]:
     place = (np.arange((len(rows) - 2) * times) + 0.5) / times + 0.5
     before = place.astype(int)
     part = (place - before).astype(np.float32)[:, None, None]
-    return np.asarray((1 - part) * rows[before] + part * rows[before + 1], np.float32)
+    return ((1 - part) * rows[before] + part * rows[before + 1]).astype(np.float32)
 
 
 def _reduced(pixels: NDArray[np.float32], block: int) -> NDArray[np.float32]:
@@ -168,11 +168,8 @@ def _reduced(pixels: NDArray[np.float32], block: int) -> NDArray[np.float32]:
     padded = np.pad(pixels, (*padding, (0, 0)), mode="edge")
     weight = np.pad(edges[:-1] - edges[1:], padding[0], mode="edge").astype(np.float32).reshape(-1, block, 1)
     across = padded.reshape(len(padded), -1, block, 3).mean(axis=2)
-    return (
-        (across.reshape(len(weight), block, -1) * weight / weight.sum(axis=1, keepdims=True))
-        .sum(axis=1)
-        .reshape(len(weight), -1, 3)
-    )
+    sums = (across.reshape(len(weight), block, -1) * weight).sum(axis=1) / weight.sum(axis=1)
+    return sums.reshape(len(weight), -1, 3).astype(np.float32)
 
 
 def _points(kernel: Kernel, texels: int) -> NDArray[np.float32]:
