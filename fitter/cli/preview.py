@@ -21,6 +21,7 @@ from . import options
 @click.option("--size", default="512x512", show_default=True, metavar="WxH", help="Size in pixels.")
 @click.option("--samples", default=None, type=int, help="Directions of light per pixel; more is smoother and slower.")
 @click.option("--sky/--no-sky", default=True, show_default=True, help="Whether the environment is seen behind.")
+@click.option("--read", "read_options", multiple=True, metavar="NAME=VALUE", help="Option of the reader: cells=centre")
 @options.as_json
 @options.quiet
 @options.force
@@ -33,6 +34,7 @@ def command(
     size: str,
     samples: int | None,
     sky: bool,
+    read_options: tuple[str, ...],
     as_json: bool,
     quiet: bool,
     force: bool,
@@ -55,7 +57,8 @@ def command(
     width, height = _size(size)
     with options.progress(quiet) as say:
         say(f"rendering {material}")
-        facts = _render(material, output, environment, rotate_deg, exposure, width, height, samples, sky, force)
+        chosen = options.pairs(read_options, "--read")
+        facts = _render(material, chosen, output, environment, rotate_deg, exposure, width, height, samples, sky, force)
     if as_json:
         click.echo(json.dumps(facts, indent=2))
     else:
@@ -78,6 +81,7 @@ def _size(text: str) -> tuple[int, int]:
 
 def _render(
     material: str,
+    read_options: dict[str, str],
     output: str,
     environment: str,
     rotate_deg: float,
@@ -102,7 +106,7 @@ def _render(
     from ._measured import material_of
 
     is_linear = pathlib.Path(output).suffix.lower() == ".exr"
-    part = shaders.Part(material_of(material))
+    part = shaders.Part(material_of(material, read_options))
     light = shaders.load_environment(environment)
     scene = shaders.Scene(
         parts=(part,),
