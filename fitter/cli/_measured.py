@@ -17,8 +17,9 @@ if TYPE_CHECKING:
     from ..reflectance import Reflectance
 
 # Nodes along theta_h, theta_d and phi_d, within the 16 MB that OpenGL 4.3 promises of a buffer. theta_h has two nodes
-# per cell of an RGL file. Twelve of them against their own evaluation, under random lights and viewers, half of them by
-# the mirror direction: log(1 + f cos_i) is off by 0.0001 to 0.0017 in the mean, f by 0.4 % at most in the median.
+# per cell of an RGL file. Twelve of them against an independent evaluation, where both cosines are above 0.05, a third
+# of the pairs near the mirror direction: the mean error of log(1 + f cos_i) is 0.0003 to 0.0066, the median error of f
+# at most 0.6 %.
 _NODES = (255, 76, 72)
 # Closer to the horizon than this cosine nothing is asked of a measurement: RGL's values grow with 1 / cos_o.
 _COSINE_MIN = 1e-3

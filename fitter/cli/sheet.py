@@ -99,7 +99,7 @@ def models(output: str, environment: str, tile: int, tier: Any, quiet: bool, for
             for slope in _SLOPES:
                 value = min(max(_from_slope(rough, slope), found[rough].lower), found[rough].upper)
                 _, display = render(dataclasses.replace(base, **{rough: value}))
-                tiles.append(Tile(display, (f"{value:.4g}",)))
+                tiles.append(Tile(display, (f"{value:.3g}" if value < 1000 else f"{value:.0f}",)))
             rows.append(Row((name, rough), tuple(tiles)))
         slopes = ", ".join(f"{slope:g}" for slope in _SLOPES)
         _save(f"Slopes {slopes}, lit by `{environment}`", rows, tile, output, force)
