@@ -66,7 +66,7 @@ class Scene:
     - `width`, `height`: in pixels.
     - `tier`: how light is gathered. `"interactive"` looks it up in blurred environments (`round_lobes`), `"still"`
       adds up a few jittered frames, `"truth"` goes on until they converge.
-    - `error`: `"truth"` only: the RMS error of the picture at which it stops, see `Accumulation.error`. 0.002 unless
+    - `error`: `"truth"` only: the RMS error of the picture at which it stops, see `Accumulation.error`. 0.005 unless
       `samples` is given.
     - `seconds`: `"truth"` only: it stops after this time, converged or not.
     - `samples`: directions of light per pixel, all densities and frames together, rounded up to whole frames. With an
@@ -124,7 +124,7 @@ class Scene:
                     f"reached; this is `{self.tier!r}`. Leave `{name}` out or ask for the truth."
                 )
         if self.error is not None and not _ERROR_MIN <= self.error <= 1:
-            raise UserError(f"`error = {self.error}` is outside [{_ERROR_MIN}, 1]. 0.002 is hardly visible.")
+            raise UserError(f"`error = {self.error}` is outside [{_ERROR_MIN}, 1]. 0.005 is hardly visible.")
         if self.seconds is not None and not 0 < self.seconds < math.inf:
             raise UserError(f"`seconds = {self.seconds}` is no time limit. Pass a number above 0, or `None` for none.")
         if self.samples is not None and not 1 <= self.samples <= _SAMPLES_MAX:

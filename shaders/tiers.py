@@ -27,8 +27,8 @@ class Effort:
 
 EFFORTS = {
     "interactive": Effort(points=0, samples=0, sums=0, error=None),
-    "still": Effort(points=8, samples=64, sums=1, error=None),
-    "truth": Effort(points=8, samples=1024, sums=2, error=0.002),
+    "still": Effort(points=4, samples=64, sums=1, error=None),
+    "truth": Effort(points=8, samples=512, sums=2, error=0.005),
 }
 # The most of a truth that is asked for an error or a time: hours, for a picture that cannot reach them.
 _SAMPLES_MAX = 1 << 20

@@ -38,7 +38,7 @@ _TIERS = ("interactive", "still", "truth")
     help="How light is gathered: interactive looks it up at once, still is a few samples, truth converges.",
 )
 @click.option(
-    "--error", default=None, type=float, help="truth: stops at this RMS error of the picture, white being 1.  [0.002]"
+    "--error", default=None, type=float, help="truth: stops at this RMS error of the picture, white being 1.  [0.005]"
 )
 @click.option("--seconds", default=None, type=float, help="truth: stops after this time, converged or not.")
 @click.option(

@@ -7,6 +7,7 @@ import pytest
 
 import brdf
 from shaders import evaluation
+from shaders.sequence import sequence_point
 
 pytestmark = pytest.mark.gpu
 _TEXT = """
@@ -43,3 +44,14 @@ def test_seeds_move_every_point_evenly():
     drawn = np.array([_points(0, 8, seed) for seed in range(400)])
     np.testing.assert_allclose(drawn.mean(axis=0), 0.5, atol=4 * (1 / 12 / 400) ** 0.5)
     np.testing.assert_allclose(drawn.var(axis=0), 1 / 12, atol=4 * (1 / 180 / 400) ** 0.5)
+
+
+def test_the_hosts_points_are_those_of_the_shader():
+    # Seeds as the host takes them, small enough for the float32 by which the shader gets them.
+    text = _TEXT.replace("sequence_seed(uvec2(b.xy), uint(b.z))", "uvec2(b.xy)")
+    numbers = np.zeros((64, 3), np.float32)
+    numbers[:, 0] = np.arange(64)
+    seeds = np.broadcast_to(np.array([123456, 7654321, 0], np.float32), numbers.shape)
+    drawn = evaluation._run(text, brdf.build("lambert"), numbers, seeds)[:, :2]
+    expected = [sequence_point(i, (123456, 7654321)) for i in range(64)]
+    np.testing.assert_allclose(drawn, expected, atol=2**-23)

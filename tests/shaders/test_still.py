@@ -60,7 +60,7 @@ def test_a_still_under_a_hot_sun_is_close_to_the_truth_and_has_no_fireflies(name
     found, expected = (_srgb(picture[inside][:, :3]) for picture in (still, truth))
     error = float(np.sqrt(np.mean((found - expected) ** 2)))
     print(f"{name}: sRGB RMSE {error:.4f}, largest {np.abs(found - expected).max():.3f}")
-    # Measured: 0.040 to 0.081, part of it the grain of one frame of 64 directions, part the coarse levels' bias.
+    # Measured: 0.039 to 0.074, part of it what 64 directions miss, part the coarse levels' bias.
     assert error <= 0.1
     # Unfiltered, a direction in the sun would be up to 900 times too bright.
     assert (still[inside][:, :3] <= 1.5 * truth[inside][:, :3].max()).all()

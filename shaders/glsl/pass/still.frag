@@ -1,6 +1,7 @@
 // A surface lit by the environment by filtered importance sampling: few directions, all from the material's proposals,
 // each of which reads the mean light over the solid angle that it stands for. No fireflies. A level more, so that filters
-// overlap, was measured to be further from the truth under a small sun: a coarse cube's texels differ too much in size.
+// overlap, was measured to be further from the truth under a small sun: a coarse cube's texels differ too much in size. All pixels
+// share the directions: what they miss varies slowly over a surface instead of as grain, and is as large.
 //
 // - Krivanek, Colbert 2008, "Real-time Shading with Filtered Importance Sampling".
 
@@ -37,12 +38,12 @@ void main() {
     mat3 local_to_environment = world_to_environment * local_to_world;
     vec3 wo = seen_from(point.position, local_to_world);
     Mixture proposals = mixture_seen(wo);
-    uvec2 pixel_seed = sequence_seed(uvec2(gl_FragCoord.xy), seed);
+    uvec2 shared_seed = sequence_seed(uvec2(0u), seed);
     float total = float(samples * frames);
     vec3 sum = vec3(0.0);
     int i = 0;
     do {
-        vec2 u = unit_point(sequence_point(uint(first * samples + i), pixel_seed));
+        vec2 u = unit_point(sequence_point(uint(first * samples + i), shared_seed));
         int chosen = chosen_part(proposals, u.x);
         vec3 wi = sample_part(proposals, chosen, u);
         if (wi.z > HORIZON) {
