@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import brdf
 from brdf.model import AbstractBRDF
 from shaders import Environment, Image, Mesh, Part, Renderer, Scene, load_environment, render, sphere
-from shaders.blurs import needs_sky_cube
+from shaders.blurs import is_sampled
 from shaders.round_lobes import round_lobes
 
 pytestmark = [pytest.mark.gpu, pytest.mark.usefixtures("nothing_kept")]
@@ -118,13 +118,13 @@ def test_another_camera_or_value_makes_no_blur_anew():
 
 
 def test_only_what_is_looked_up_is_made():
-    assert not needs_sky_cube(round_lobes(Part(ROUGH).twin).kernels)
+    assert not any(map(is_sampled, round_lobes(Part(ROUGH).twin).kernels))
     wide = Renderer().render(_scene(ROUGH))
     assert not {"environment", "light_table", "sky_cube", "sky", "surface_truth", "materials"} & set(
         wide.counts["passes"]
     )
     sharp = Renderer().render(_scene(GGX(f0=0.9, alpha=0.01)))
-    assert {"environment", "sky_cube"} <= set(sharp.counts["passes"])
+    assert {"environment", "dim_cube"} <= set(sharp.counts["passes"])
     assert not {"light_table", "materials"} & set(sharp.counts["passes"])
     truth = Renderer().render(_scene(ROUGH, tier="truth", samples=16))
     assert not {"sky_cube", "blurs", "round_lobes", "surface_interactive"} & set(truth.counts["passes"])
