@@ -27,7 +27,7 @@ _TEXELS_MIN, _TEXELS_MAX = 16, 512
 # Points of a texel of that cube, a side: a sun of one texel must not slip through.
 _SIDE = 3
 # Points of a narrow kernel, an even number.
-_POINTS = 24
+_POINTS = 64
 # Above all radiance.
 _RADIANCE_MAX = 3e38
 _GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))

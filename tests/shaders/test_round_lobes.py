@@ -128,13 +128,14 @@ def test_in_a_furnace_a_pixel_is_the_sum_of_the_amplitudes(model: brdf.AbstractB
 
 
 def test_a_clearcoat_shows_the_sun_once():
-    # Lobes lie where the mirror direction is, or beside it by less than their half width, twice `width`.
+    # Lobes lie where the mirror direction is, or beside it by less than one and a half of their half widths, which are
+    # twice `width`: farther away a second sun would stand beside the first.
     lobes = round_lobes(twin(brdf.MODELS["disney"](clearcoat=1.0, clearcoat_gloss=0.8)))
     for kernel, tilt in zip(lobes.kernels, lobes.tilt, strict=True):
         if kernel.power:
             cos_o = np.linspace(0.8, 1, 6)
             beside = np.abs(polynomial.polyval(cos_o, tilt) - 1) * np.arccos(cos_o)
-            assert beside.max() < 2 * kernel.width
+            assert beside.max() < 3 * kernel.width
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.4, 1.2, 2.4])
