@@ -1,4 +1,4 @@
-"""The endless sequence of points in the square for the host: the twin of `glsl/sequence.glsl`, which says whose it is."""
+"""The endless sequence of points in the square for the host: the twin of `glsl/sequence.glsl`, which cites it."""
 
 from __future__ import annotations
 

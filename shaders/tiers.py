@@ -11,8 +11,8 @@ from .scene import Scene
 class Effort:
     """What a tier draws.
 
-    - `points`: of the sequence in one jittered frame. Each is a direction that the material proposes and, for the truth,
-      one to a light.
+    - `points`: of the sequence in one jittered frame. Each is a direction that the material proposes and,
+      for the truth, one to a light.
     - `samples`: of one pixel in all frames together, unless the scene says otherwise.
     - `sums`: 2 if frames are added up by turns in two sums, from whose difference the error is known; 0 if there is
       one frame and nothing to add up.
