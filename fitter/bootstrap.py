@@ -55,8 +55,8 @@ def assess_blocks(problem: Problem, y: Float[np.ndarray, " k"], data: Reflectanc
     angles = [np.degrees(np.arccos(np.clip(w[rows, 2], -1, 1))) for w in (data.wi, data.wo)]
     angle = angles[0] if np.ptp(angles[0]) > _SPREAD_DEG else angles[1]
     parts = np.array_split(rows[np.argsort(angle, kind="stable")], min(BLOCKS, len(rows)))
-    slab = arrange_blocks(data, weight, parts, CHUNKS // BLOCKS, problem.arranged.subset.samples.scale)
     per_block = CHUNKS // BLOCKS
+    slab = arrange_blocks(data, weight, parts, per_block, problem.arranged.subset.samples.scale)
     found = [
         problem.assess(y, Slab(slab, CHUNKS), place * per_block, -(-len(part) // CHUNK)).equations
         for place, part in enumerate(parts)

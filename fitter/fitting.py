@@ -1,4 +1,7 @@
-"""Fits a reflectance model to a measurement: start, coarse, fine, judge."""
+"""From a measurement and a model to a `FitResult`: what is fitted and how it is weighted, the solution, its errors.
+
+How the solution is found is told in `fitter.solve`.
+"""
 
 from __future__ import annotations
 
@@ -37,10 +40,10 @@ from .wishes import Wishes, choose
 ADAPTIVE = "adaptive"
 # Compressions from the darkest to the brightest emphasis.
 _ADAPTIVE_LOSSES = ("log", "cube_root", "square_root", "cosine")
-# Samples that are looked at for it.
-_AZIMUTH_SAMPLES = 4096
-# Azimuths of the half vector that differ by more than this, in radians, show that the sample was turned.
+# Azimuths of the half vector that differ by more than this, in radians, show that the sample was turned; so many
+# samples are looked at.
 _AZIMUTHS = 1e-3
+_AZIMUTH_SAMPLES = 4096
 
 
 def fit(

@@ -12,8 +12,8 @@ near 0. A loss is named by its compression and, if it has one, its treatment of 
     linear        f
 
 and `log_huber`, `cosine_huber`, ... for the same with Huber's function, linear beyond a fifth of the median compressed
-value. `adaptive` (see `fitter.select`) fits with several and keeps the one whose picture is
-nearest to the measurement's (Bieron and Peers 2020).
+value. `adaptive` (see `fitter.fit`) fits with several of them and keeps the fit whose picture is nearest to the
+measurement's (Bieron and Peers 2020).
 
 - Bieron, Peers 2020, "An Adaptive BRDF Fitting Metric".
 - Charbonnier, Blanc-Feraud, Aubert, Barlaud 1997, "Deterministic edge-preserving regularization in computed imaging".

@@ -1,7 +1,7 @@
 """The road of a fit: starts, the best of them on a few samples, then on more, then on all.
 
 A random part of the samples finds the solution; all of them only move it by what that part could not know. So a large
-measurement is passed over about three times, whatever the number of steps.
+measurement is passed over a few times, whatever the number of steps (`FitResult.passes`).
 """
 
 from __future__ import annotations
@@ -59,6 +59,15 @@ class Solution:
 
 
 def solve(problem: Problem, start: Any, say: Callable[[str], None]) -> Solution:
+    """Minimises the loss of a problem over all of its samples.
+
+    **Arguments:**
+
+    - `start`: as in `fitter.fit`; `None` scans the starts that the model declares.
+    - `say`: told what is done next.
+
+    Raises `UserError` where `start` does not belong to the model.
+    """
     arranged = problem.arranged
     variants = [problem.varied(unknowns) for unknowns in problem.unknowns.variants()]
     starts = _starts(variants, start, say)

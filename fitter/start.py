@@ -52,7 +52,7 @@ def candidates(unknowns: Unknowns, given: Mapping[int, float] | None = None) -> 
 
     **Returns:**
 
-    At most 400 rows, and some more where a shape parameter declares but one start: in these it is drawn at random. Of
+    At most 160 rows, and 48 more where a shape parameter declares but one start: in these it is drawn at random. Of
     interchangeable lobes the first has the smallest slope.
     """
     given = dict(given or {})

@@ -23,6 +23,7 @@ import dataclasses
 import struct
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -105,8 +106,10 @@ def _turns(lobe: AbstractBRDF) -> bool:
 
 def proposal_count(model: AbstractBRDF) -> int:
     """The number of specular lobes that the model proposes to sample, all lobes of a sum together."""
-    # Their values do not matter: nothing is compiled for them.
-    return len(eqx.filter_eval_shape(specialized(model).proposals, jnp.ones(())).specular)
+    model = specialized(model)
+    # Its values do not matter, nothing is compiled for them; its precision is that of the material's own numbers.
+    cos_o = jnp.ones((), jnp.result_type(*(leaf for leaf in jax.tree.leaves(model) if eqx.is_inexact_array(leaf))))
+    return len(eqx.filter_eval_shape(model.proposals, cos_o).specular)
 
 
 def glsl(model: AbstractBRDF) -> str:
