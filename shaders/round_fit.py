@@ -27,6 +27,8 @@ _TILT_MAX = 2.0
 # Steps of the search for one lobe, two, three.
 _STEPS = (6, 8, 20)
 _DIFFERENCE = 1e-3
+# Of the mean square of what amplitudes can follow, so that two lobes in one place do not make it singular.
+_RIDGE = 1e-10
 # How much a lobe counts that is away from the mirror direction by its width: else a faint one may lie anywhere, and the
 # sun shines twice. Less towards the rim, where highlights do lean away from there.
 _ASTRAY = 0.02
@@ -214,8 +216,12 @@ def _derivative(samples: Samples, now: _Solution) -> Array:
     jacobian = np.concatenate([np.stack(by_width, axis=-1).reshape(-1, n), tilts], axis=1)
     free = np.argwhere(now.coefficients > 0)
     followed = now.columns[..., free[:, 0]] * samples.basis[:, None, free[:, 1]] * root[..., None]
-    q, _ = np.linalg.qr(followed.reshape(len(jacobian), -1))
-    return np.concatenate([jacobian - q @ (q.T @ jacobian), _astray_derivative(samples, now.shape)])
+    followed = followed.reshape(len(jacobian), -1)
+    # Normal equations, eight times as fast as an orthogonal basis; the search needs no more digits of its direction.
+    gram = followed.T @ followed
+    gram += _RIDGE * np.trace(gram) / max(len(free), 1) * np.eye(len(free))
+    jacobian -= followed @ np.linalg.solve(gram, followed.T @ jacobian)
+    return np.concatenate([jacobian, _astray_derivative(samples, now.shape)])
 
 
 def _astray_derivative(samples: Samples, shape: _Shape) -> Array:

@@ -2,6 +2,12 @@
 
 import os
 import pathlib
+import sys
+from collections.abc import Callable
+from typing import NamedTuple
+
+# One process of tests per core: more threads for small matrices would wait for each other. Read when NumPy is loaded.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import hypothesis
 import jax
@@ -42,3 +48,26 @@ def _opengl(request: pytest.FixtureRequest) -> None:
     found = describe()
     if not found["available"]:
         pytest.skip(f"needs OpenGL 4.3: {found['problem']}")
+
+
+class Finished(NamedTuple):
+    """What a command left: its exit status and what it printed."""
+
+    status: int
+    stdout: str
+    stderr: str
+
+
+@pytest.fixture
+def brdf_here(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Finished]:
+    """The command `brdf` through its entry point, in this process: no second for another one to load JAX."""
+    from fitter.cli.main import main
+
+    def run(*arguments: object) -> Finished:
+        monkeypatch.setattr(sys, "argv", ["brdf", *map(str, arguments)])
+        with pytest.raises(SystemExit) as left:
+            main()
+        printed = capsys.readouterr()
+        return Finished(int(left.value.code or 0), printed.out, printed.err)
+
+    return run

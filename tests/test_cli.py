@@ -112,13 +112,13 @@ def test_demo_fits_reports_and_renders(tmp_path):
     assert "already" in run("demo", "-o", "out", cwd=tmp_path, status=1).stderr
 
 
-def test_models_info_and_doctor_answer(material):
-    assert "oren_nayar" in run("models").stdout
-    page = run("models", "ggx").stdout
+def test_models_info_and_doctor_answer(material, brdf_here):
+    assert "oren_nayar" in brdf_here("models").stdout
+    page = brdf_here("models", "ggx").stdout
     assert "Walter" in page
     assert "masking" in page
-    assert json.loads(run("models", "ggx", "--json").stdout)["ggx"]["parameters"]["alpha"]["upper"] == 1
-    assert "lambert+ggx" in run("info", material).stdout
+    assert json.loads(brdf_here("models", "ggx", "--json").stdout)["ggx"]["parameters"]["alpha"]["upper"] == 1
+    assert "lambert+ggx" in brdf_here("info", material).stdout
     assert json.loads(run("info", SAMPLE, "--json").stdout)["samples"] == 916
     done = subprocess.run([str(BRDF), "doctor"], capture_output=True, text=True, timeout=120)
     assert "previews" in done.stdout
@@ -147,8 +147,12 @@ def test_models_info_and_doctor_answer(material):
         (["preview", "none.json", "-o", "m.png", "--size", "big"], 2, "512x512"),
     ],
 )
-def test_mistakes_get_one_message_and_the_right_exit_status(arguments, status, message, tmp_path):
-    done = run(*arguments, cwd=tmp_path, status=status)
+def test_mistakes_get_one_message_and_the_right_exit_status(
+    arguments, status, message, tmp_path, brdf_here, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    done = brdf_here(*arguments)
+    assert done.status == status
     assert message in done.stderr
     assert done.stdout == ""
     assert os.listdir(tmp_path) == []

@@ -194,8 +194,11 @@ def rows(data):
         (["synthesize", "lambert", "-o", "s.csv", "--truth", "t.txt"], 2, "does not end in .json"),
     ],
 )
-def test_mistakes_get_one_message_and_leave_nothing(arguments, status, message, tmp_path):
-    done = run(*arguments, folder=tmp_path, status=status)
+def test_mistakes_get_one_message_and_leave_nothing(arguments, status, message, tmp_path, brdf_here, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("BRDF_DATA", str(tmp_path / "data"))
+    done = brdf_here(*arguments)
+    assert done.status == status
     assert message in done.stderr
     assert done.stdout == ""
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
