@@ -1,6 +1,9 @@
 """A peer: cube maps by filtered importance sampling on the device, from an environment's own cube map.
 
 - Colbert, Krivanek 2007, "GPU-Based Importance Sampling", GPU Gems 3, chapter 20: the level of a sample.
+
+A sample is read at the level whose texels are as large as its share of the sphere, or `raised` by some levels: with
+many samples of a small sun that is more exact, since the squares that texels are do not show; with few it is not.
 """
 
 from __future__ import annotations
@@ -17,8 +20,6 @@ from ..program import Programs, set_uniforms
 
 _GROUP = 8  # local_size_x and local_size_y in the shader
 _ALPHA_MIN = 1e-3
-# Levels above the one whose texels are as large as a sample's share: without, the squares that they are would show.
-_BLUR = 1.0
 
 Array = NDArray[np.float64]
 
@@ -31,24 +32,24 @@ def hammersley(count: int) -> tuple[Array, Array]:
     return (index + 0.5) / count, np.asarray(mirrored, np.float64) / 2**bits
 
 
-def cosine_points(count: int, texels: int) -> NDArray[np.float32]:
+def cosine_points(count: int, texels: int, raised: float) -> NDArray[np.float32]:
     """Directions about +z with density cos / pi, and the levels at which a cube of `texels` a side is read."""
     u, v = hammersley(count)
     cosine = np.sqrt(1 - u)
-    return _points(cosine, v, cosine / np.pi, texels)
+    return _points(cosine, v, cosine / np.pi, len(v), texels, raised)
 
 
-def ggx_points(alpha: float, count: int, texels: int) -> NDArray[np.float32]:
+def ggx_points(alpha: float, count: int, texels: int, raised: float) -> NDArray[np.float32]:
     """Mirror directions of facets seen along the normal, drawn from GGX (Karis 2013); those below the horizon left out."""
     u, v = hammersley(count)
     a2 = max(alpha, _ALPHA_MIN) ** 2
     cos2 = (1 - u) / (1 + (a2 - 1) * u)
     density = a2 / (np.pi * (1 + (a2 - 1) * cos2) ** 2)
     above = 2 * cos2 - 1 > 0
-    return _points((2 * cos2 - 1)[above], v[above], density[above] / 4, texels, count)
+    return _points((2 * cos2 - 1)[above], v[above], density[above] / 4, count, texels, raised)
 
 
-def kernel_points(kernel: Kernel, count: int, texels: int) -> NDArray[np.float32]:
+def kernel_points(kernel: Kernel, count: int, texels: int, raised: float) -> NDArray[np.float32]:
     """Directions about +z with exactly the density of a round kernel, by inverting its sum over angles."""
     u, v = hammersley(count)
     theta = np.pi * (np.arange(8193) / 8192) ** 4
@@ -56,13 +57,13 @@ def kernel_points(kernel: Kernel, count: int, texels: int) -> NDArray[np.float32
     shell = 0.5 * ((value * np.sin(theta))[1:] + (value * np.sin(theta))[:-1]) * np.diff(theta)
     before = np.concatenate([[0.0], np.cumsum(shell)])
     at = np.interp(u, before / before[-1], theta)
-    return _points(np.cos(at), v, np.interp(at, theta, value), texels)
+    return _points(np.cos(at), v, np.interp(at, theta, value), count, texels, raised)
 
 
-def _points(cosine: Array, v: Array, density: Array, texels: int, drawn: int | None = None) -> NDArray[np.float32]:
+def _points(cosine: Array, v: Array, density: Array, drawn: int, texels: int, raised: float) -> NDArray[np.float32]:
     sine = np.sqrt(np.maximum(1 - cosine * cosine, 0.0))
-    share = 1 / ((drawn or len(cosine)) * np.maximum(density, 1e-30))
-    level = np.clip(0.5 * np.log2(share * 6 * texels**2 / (4 * np.pi)) + _BLUR, 0, math.log2(texels))
+    share = 1 / (drawn * np.maximum(density, 1e-30))
+    level = np.clip(0.5 * np.log2(share * 6 * texels**2 / (4 * np.pi)) + raised, 0, math.log2(texels))
     phi = 2 * np.pi * v
     return np.stack([sine * np.cos(phi), sine * np.sin(phi), cosine, level], axis=-1).astype(np.float32)
 

@@ -31,6 +31,8 @@ from .filtered import cosine_points, filter_cube, ggx_points, hammersley
 
 _IRRADIANCE_TEXELS, _TEXELS, _LEVELS = 32, 128, 5
 _SAMPLES = 1024
+# Levels: smooths the ripples of a small sun, see `filtered`.
+_RAISED = 1.0
 _TABLE = 64
 _UNITS = {"irradiance": FIRST_BLUR, "prefiltered": FIRST_BLUR + 1, "dfg": FIRST_BLUR + 2}
 
@@ -89,12 +91,12 @@ class Textbook:
         texels = sky_cube.size[0]
         irradiance = ctx.texture_cube((_IRRADIANCE_TEXELS,) * 2, 4, dtype="f4")
         irradiance.filter = (moderngl.LINEAR, moderngl.LINEAR)
-        filter_cube(ctx, kept, sky_cube, cosine_points(_SAMPLES, texels), False, irradiance)
+        filter_cube(ctx, kept, sky_cube, cosine_points(_SAMPLES, texels, _RAISED), False, irradiance)
         prefiltered = ctx.texture_cube((_TEXELS,) * 2, 4, dtype="f4")
         prefiltered.build_mipmaps(0, _LEVELS - 1)
         prefiltered.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
         for level in range(_LEVELS):
-            points = ggx_points((level / (_LEVELS - 1)) ** 2, _SAMPLES, texels)
+            points = ggx_points((level / (_LEVELS - 1)) ** 2, _SAMPLES, texels, _RAISED)
             filter_cube(ctx, kept, sky_cube, points, True, prefiltered, level)
         dfg = ctx.texture((_TABLE, _TABLE), 2, dfg_table().tobytes(), dtype="f4")
         dfg.filter = (moderngl.LINEAR, moderngl.LINEAR)
