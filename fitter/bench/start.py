@@ -37,7 +37,15 @@ def measure_start(rounds: int, say: Callable[[str], None]) -> dict[str, float]:
         material, light = folder / "gold.json", folder / "1k.hdr"
         save_material(Material(MODELS["ggx"](f0=_GOLD, alpha=_ALPHA)), material)
         write_hdr(light, _light())
-        command = [sys.executable, "-c", "from fitter.cli.main import main; main()", "preview", str(material), "-e", str(light)]
+        command = [
+            sys.executable,
+            "-c",
+            "from fitter.cli.main import main; main()",
+            "preview",
+            str(material),
+            "-e",
+            str(light),
+        ]
         command += ["--size", str(_SIZE), "--tier", "interactive", "-o", str(folder / "x.png"), "--force", "-q"]
         _preview(command, folder / "tables", folder / "mesa")  # fills both, and Python's own cache
         for number in range(rounds):

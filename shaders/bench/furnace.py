@@ -45,9 +45,7 @@ class Furnace:
     left_out: dict[str, str]
 
 
-def measure_furnace(
-    size: int, samples: int, roughness: Sequence[float], say: Callable[[str], None]
-) -> Furnace:
+def measure_furnace(size: int, samples: int, roughness: Sequence[float], say: Callable[[str], None]) -> Furnace:
     """Renders every white model at every roughness in every tier; the truth with so many samples."""
     rows, left_out = [], {}
     renderer, light = Renderer(), load_environment("furnace")

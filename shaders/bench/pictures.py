@@ -98,9 +98,7 @@ def measure_pictures(settings: PictureSettings, is_timed: bool, say: Callable[[s
     return rows
 
 
-def _row(
-    case: Case, textbook: Textbook, renderer: Renderer, settings: PictureSettings, is_timed: bool
-) -> CaseRow:
+def _row(case: Case, textbook: Textbook, renderer: Renderer, settings: PictureSettings, is_timed: bool) -> CaseRow:
     truth, error = _truth(case, settings)
     scene = dataclasses.replace(case.scene("interactive", settings.size), sky="none")
     times = _race(case, scene, textbook, renderer, max(settings.frames, 3))

@@ -1,0 +1,159 @@
+"""The figures of `brdf bench preview`: as text, as the page of the docs, and as plain data."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import os
+import statistics
+from collections.abc import Iterable
+from typing import Any
+
+from ..bench.tables import Table, aligned, filled, piped
+from ._bench_preview_bars import bars
+from ._bench_preview_run import PreviewBench
+
+# A title, sentences, and a table, each of which may be empty.
+Part = tuple[str, list[str], Table]
+_MITSUBA = (
+    "The comparison of the truth with Mitsuba 3 is a program of its own: `python tests/benchmarks/mitsuba_preview.py`. "
+    "Bad pixels are looked for by `pytest -m 'heavy or not heavy' tests/shaders/test_no_bad_pixel.py`."
+)
+
+
+def data(found: PreviewBench) -> dict[str, Any]:
+    """JSON-serialisable."""
+    return dataclasses.asdict(found) | {"bars": [dataclasses.asdict(bar) for bar in bars(found)]}
+
+
+def text(found: PreviewBench) -> str:
+    """Tables of aligned columns."""
+    blocks: list[str] = [filled(_how(found))]
+    for title, sentences, table in _parts(found):
+        blocks += [title.upper(), *(filled(one) for one in sentences), *([aligned(table)] if table else [])]
+    return "\n\n".join(blocks)
+
+
+def markdown(found: PreviewBench, plot: str | None) -> str:
+    """The page of the docs, with the picture `plot` (a path beside the page) if there is one."""
+    blocks = ["<!-- Made by `brdf bench preview --markdown`. -->", "# Speed and error of the preview", _how(found)]
+    if plot:
+        blocks.append(f"![Run time against error]({plot})")
+    for title, sentences, table in _parts(found):
+        blocks += [f"## {title}", *sentences, *([piped(table)] if table else [])]
+    return "\n\n".join(blocks) + "\n"
+
+
+def _parts(found: PreviewBench) -> Iterable[Part]:
+    yield "Bars", [], [("", "wanted", "found", "met"), *((b.what, b.wanted, b.found, b.verdict) for b in bars(found))]
+    if found.pictures:
+        if any(row.frame_ratio is not None for row in found.pictures):
+            yield "The interactive tier", [_TIER.format(found.settings.timed_size)], _tier(found)
+        if found.settings.samples:
+            yield "The truth and stills", [_TRUTH, _MITSUBA], _truth(found)
+    if found.furnace is not None:
+        reasons = "; ".join(f"`{name}` {why}" for name, why in found.furnace.left_out.items())
+        yield "Furnace", [_FURNACE, f"Left out: {reasons}."], _furnace(found)
+    if found.tables:
+        yield "Blurred environments", [_TABLES], _tables(found)
+    if found.start:
+        yield "Cold start", [_START], _start(found)
+
+
+def _how(found: PreviewBench) -> str:
+    load = (
+        ""
+        if found.load is None
+        else f" The load of the machine was {found.load[0]:.1f} before, {found.load[1]:.1f} after."
+    )
+    size = found.settings.size
+    return (
+        f"Renderer: {found.renderer}, {os.cpu_count()} cores.{load} Differences are those of pictures of {size} x {size} "
+        "pixels for displays (Khronos PBR Neutral, sRGB) from the truth, on grey; FLIP at 67 pixels per degree. "
+        "Seconds differ between machines; compare the ratios."
+    )
+
+
+_TIER = (
+    "A sphere of gold-like GGX (metal) or of Lambert + GGX with f0 0.04 (dielectric), alpha = roughness squared. FLIP is "
+    "the mean over the sphere, in brackets over the picture. Time is that of the textbooks' split sum (cubes of 32 and 5 "
+    "x 128 texels, 1024 filtered samples, same mesh, targets, 4 samples per pixel), frames drawn by turns, median of the "
+    "ratios at {0} x {0} pixels: surface pass, and all passes. Error is what the truth says of its own RMSE."
+)
+_TRUTH = (
+    "RMSE (sRGB, over the sphere) by light samples per pixel, and by how much four times as many divide it, the truth's "
+    "own error taken off; the truth to compare with has other random points. Cost: all passes of the picture with the "
+    "most samples in frames of the interactive tier of the same size."
+)
+_FURNACE = (
+    "Light that is 1 everywhere: the largest deviation of a pixel of the sphere from 1 in percent, in brackets the mean. "
+    "All models whose claims keep the energy and that are white with all colours at 1."
+)
+_TABLES = (
+    "Irradiance and the blurs of GGX of roughness 0.5 and more (power 2, by width), built without the cache of tables, by "
+    "turns with 64-sample filtered importance sampling of the same cubes from the environment's own, whose time is not "
+    "counted; relative RMS error at 50 random directions, from direct summation in float64."
+)
+_START = (
+    "Wall seconds of whole processes, by turns: `brdf preview gold.json -e 1k.hdr --tier interactive`, 512 x 512 pixels; "
+    "caches are that of our tables and Mesa's of programs. Beside them what an import takes."
+)
+
+
+def _tier(found: PreviewBench) -> Table:
+    head = ("", "roughness", "light", "FLIP", "RMSE", "FLIP, textbook", "RMSE, textbook", "surface", "frame", "error")
+    rows: Table = [head]
+    for row in found.pictures:
+        cells = [row.material, f"{row.roughness:g}", row.environment]
+        for name in ("interactive", "textbook"):
+            one = row.of(name)[0].difference
+            cells += [f"{one.flip_inside:.3f} ({one.flip:.3f})", f"{one.rmse:.4f}"]
+        rows.append([*cells, _times(row.surface_ratio), _times(row.frame_ratio), f"{row.truth_error:.4f}"])
+    return rows
+
+
+def _truth(found: PreviewBench) -> Table:
+    counts = found.settings.samples
+    head = ("", "roughness", "light", "still", *(f"~{count}" for count in counts), "gain of 4 x", "cost", "error")
+    rows: Table = [head]
+    for row in found.pictures:
+        frame = row.of("interactive")[0].milliseconds
+        points = row.of("truth")
+        errors = [f"{point.difference.rmse:.4f}" for point in (*row.of("still"), *points)]
+        ends = [_times(row.gain), f"{points[-1].milliseconds / frame:.0f}", f"{row.truth_error:.4f}"]
+        rows.append([row.material, f"{row.roughness:g}", row.environment, *errors, *ends])
+    return rows
+
+
+def _furnace(found: PreviewBench) -> Table:
+    assert found.furnace is not None
+    tiers = list(found.furnace.rows[0].largest) if found.furnace.rows else []
+    rows: Table = [("", "", *tiers)]
+    for row in found.furnace.rows:
+        cells = [f"{100 * row.largest[tier]:.2f} ({100 * row.mean[tier]:.2f})" for tier in tiers]
+        rows.append([row.model, row.setting, *cells])
+    return rows
+
+
+def _tables(found: PreviewBench) -> Table:
+    rows: Table = [("", "kernel", "texels", "ms", "ms, samples", "time", "error", "error, samples", "less error")]
+    for one in found.tables:
+        rows.append(
+            [one.environment, one.kernel, f"{one.texels}", f"{one.ours_ms:.1f}", f"{one.theirs_ms:.1f}"]
+            + [_times(one.ours_ms / one.theirs_ms), f"{one.ours_error:.2g}", f"{one.theirs_error:.2g}"]
+            + [_times(one.theirs_error / one.ours_error)]
+        )
+    for name in dict.fromkeys(one.environment for one in found.tables):
+        all_of = [one for one in found.tables if one.environment == name]
+        ours, theirs = sum(one.ours_ms for one in all_of), sum(one.theirs_ms for one in all_of)
+        less = math.exp(statistics.fmean(math.log(one.theirs_error / one.ours_error) for one in all_of))
+        rows.append([name, "all", "", f"{ours:.0f}", f"{theirs:.0f}", _times(ours / theirs), "", "", _times(less)])
+    return rows
+
+
+def _start(found: PreviewBench) -> Table:
+    return [("", "seconds"), *((name, f"{seconds:.2f}") for name, seconds in found.start.items())]
+
+
+def _times(ratio: float | None) -> str:
+    return "n/a" if ratio is None else f"{ratio:.3g} x"
