@@ -41,13 +41,19 @@ def plot(rows: Sequence[CaseRow], path: str, force: bool) -> None:
     handles = [Line2D([], [], color="0.3", linestyle="", marker=m, label=name) for name, m in _MARKERS.items()]
     handles += [Line2D([], [], color=colour, linewidth=3, label=name) for name, colour in _COLOURS.items()]
     handles.append(Line2D([], [], color="0.5", linestyle=":", label=f"bar: FLIP {_FLIP_WANTED:g}"))
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), fontsize=10, frameon=False)
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=min(len(handles), 2 * len(steps)), fontsize=10, frameon=False
+    )
     with atomic_path(path, force) as temporary:
         figure.savefig(temporary, dpi=110)
 
 
 def _draw(axes: Axes, rows: Sequence[CaseRow]) -> None:
+    from matplotlib.ticker import LogFormatter
+
     axes.set(xscale="log", yscale="log")
+    for set_formatter in (axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
+        set_formatter(LogFormatter(labelOnlyBase=False, minor_thresholds=(2, 0.5)))
     for row in rows:
         for method, marker in _MARKERS.items():
             points = [(one.milliseconds, one.difference.flip_inside, one.samples) for one in row.of(method)]

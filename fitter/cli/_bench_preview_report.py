@@ -61,42 +61,39 @@ def _parts(found: PreviewBench) -> Iterable[Part]:
 
 
 def _how(found: PreviewBench) -> str:
-    load = (
-        ""
-        if found.load is None
-        else f" The load of the machine was {found.load[0]:.1f} before, {found.load[1]:.1f} after."
-    )
+    load = "" if found.load is None else " The load was {:.1f} before, {:.1f} after.".format(*found.load)
     size = found.settings.size
     return (
-        f"Renderer: {found.renderer}, {os.cpu_count()} cores.{load} Differences are those of pictures of {size} x {size} "
-        "pixels for displays (Khronos PBR Neutral, sRGB) from the truth, on grey; FLIP at 67 pixels per degree. "
-        "Seconds differ between machines; compare the ratios."
+        f"Renderer: {found.renderer}, {os.cpu_count()} cores.{load} Differences are those of pictures of {size} x "
+        f"{size} pixels for displays (Khronos PBR Neutral, sRGB) from the truth, on grey; FLIP at 67 pixels per "
+        "degree. Seconds differ between machines; compare the ratios."
     )
 
 
 _TIER = (
-    "A sphere of gold-like GGX (metal) or of Lambert + GGX with f0 0.04 (dielectric), alpha = roughness squared. FLIP is "
-    "the mean over the sphere, in brackets over the picture. Time is that of the textbooks' split sum (cubes of 32 and 5 "
-    "x 128 texels, 1024 filtered samples, same mesh, targets, 4 samples per pixel), frames drawn by turns, median of the "
-    "ratios at {0} x {0} pixels: surface pass, and all passes. Error is what the truth says of its own RMSE."
+    "A sphere of gold-like GGX (metal) or of Lambert + GGX with f0 0.04 (dielectric), alpha = roughness squared. FLIP "
+    "is the mean over the sphere, in brackets over the picture. Time is in units of the textbooks' split sum "
+    "(irradiance of 32 texels a side, five levels from 128, 1024 filtered samples; same mesh, targets and samples per "
+    "pixel), frames drawn by turns, median of the ratios at {0} x {0} pixels: surface pass, and all passes. Error is "
+    "what the truth says of its own RMSE."
 )
 _TRUTH = (
-    "RMSE (sRGB, over the sphere) by light samples per pixel, and by how much four times as many divide it, the truth's "
-    "own error taken off; the truth to compare with has other random points. Cost: all passes of the picture with the "
-    "most samples in frames of the interactive tier of the same size."
+    "RMSE (sRGB, over the sphere) by light samples per pixel, and by how much four times as many divide it, the "
+    "truth's own error taken off; the truth to compare with has other random points. Cost: all passes of the picture "
+    "with the most samples in frames of the interactive tier of the same size."
 )
 _FURNACE = (
-    "Light that is 1 everywhere: the largest deviation of a pixel of the sphere from 1 in percent, in brackets the mean. "
-    "All models whose claims keep the energy and that are white with all colours at 1."
+    "Light that is 1 everywhere: the largest deviation of a pixel of the sphere from 1 in percent, in brackets the "
+    "mean. All models whose claims keep the energy and that are white with all colours at 1."
 )
 _TABLES = (
-    "Irradiance and the blurs of GGX of roughness 0.5 and more (power 2, by width), built without the cache of tables, by "
-    "turns with 64-sample filtered importance sampling of the same cubes from the environment's own, whose time is not "
-    "counted; relative RMS error at 50 random directions, from direct summation in float64."
+    "Irradiance and the blurs of GGX of roughness 0.5 and more (power 2, by width), built without the cache of tables, "
+    "by turns with 64-sample filtered importance sampling of the same cubes from the environment's own, whose time is "
+    "not counted; relative RMS error at 50 random directions, from direct summation in float64."
 )
 _START = (
-    "Wall seconds of whole processes, by turns: `brdf preview gold.json -e 1k.hdr --tier interactive`, 512 x 512 pixels; "
-    "caches are that of our tables and Mesa's of programs. Beside them what an import takes."
+    "Wall seconds of whole processes, by turns: `brdf preview gold.json -e 1k.hdr --tier interactive`, 512 x 512 "
+    "pixels; caches are that of our tables and Mesa's of programs. Beside them what an import takes."
 )
 
 
@@ -138,11 +135,9 @@ def _furnace(found: PreviewBench) -> Table:
 def _tables(found: PreviewBench) -> Table:
     rows: Table = [("", "kernel", "texels", "ms", "ms, samples", "time", "error", "error, samples", "less error")]
     for one in found.tables:
-        rows.append(
-            [one.environment, one.kernel, f"{one.texels}", f"{one.ours_ms:.1f}", f"{one.theirs_ms:.1f}"]
-            + [_times(one.ours_ms / one.theirs_ms), f"{one.ours_error:.2g}", f"{one.theirs_error:.2g}"]
-            + [_times(one.theirs_error / one.ours_error)]
-        )
+        sizes = [one.environment, one.kernel, f"{one.texels}", f"{one.ours_ms:.1f}", f"{one.theirs_ms:.1f}"]
+        errors = [f"{one.ours_error:.2g}", f"{one.theirs_error:.2g}", _times(one.theirs_error / one.ours_error)]
+        rows.append([*sizes, _times(one.ours_ms / one.theirs_ms), *errors])
     for name in dict.fromkeys(one.environment for one in found.tables):
         all_of = [one for one in found.tables if one.environment == name]
         ours, theirs = sum(one.ours_ms for one in all_of), sum(one.theirs_ms for one in all_of)

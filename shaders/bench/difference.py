@@ -43,7 +43,7 @@ def difference(reference: NDArray[np.float32], test: NDArray[np.float32]) -> Dif
     import flip_evaluator
 
     inside = reference[..., 3] > _INSIDE
-    pictures = [np.ascontiguousarray(_on_ground(one), np.float32) for one in (reference, test)]
+    pictures = [_on_ground(one) for one in (reference, test)]
     flips, mean, _ = flip_evaluator.evaluate(pictures[0], pictures[1], "LDR", applyMagma=False)
     squares = (pictures[0] - pictures[1])[inside].astype(np.float64) ** 2
     return Difference(float(mean), float(np.asarray(flips)[inside].mean()), float(np.sqrt(squares.mean())))
@@ -51,4 +51,4 @@ def difference(reference: NDArray[np.float32], test: NDArray[np.float32]) -> Dif
 
 def _on_ground(picture: NDArray[np.float32]) -> NDArray[np.float32]:
     coverage = picture[..., 3:]
-    return np.clip(picture[..., :3] * coverage + _GROUND * (1 - coverage), 0, 1)
+    return np.clip(picture[..., :3] * coverage + _GROUND * (1 - coverage), 0, 1).astype(np.float32)

@@ -40,7 +40,7 @@ def cosine_points(count: int, texels: int, raised: float) -> NDArray[np.float32]
 
 
 def ggx_points(alpha: float, count: int, texels: int, raised: float) -> NDArray[np.float32]:
-    """Mirror directions of facets seen along the normal, drawn from GGX (Karis 2013); those below the horizon left out."""
+    """Mirror directions of facets seen along the normal, drawn from GGX; those below the horizon left out."""
     u, v = hammersley(count)
     a2 = max(alpha, _ALPHA_MIN) ** 2
     cos2 = (1 - u) / (1 + (a2 - 1) * u)

@@ -1,7 +1,7 @@
 """The furnace: under light that is 1 everywhere a white material that keeps the energy cannot be seen.
 
-Which models these are, their claims and parameters say: the albedo is at most 1 (and 0.01), and with all colours at 1 (and energy
-of multiple scattering where there is the choice) it is 1, which is found out by evaluating the model.
+Which models these are, their claims and values say: with all colours at 1, and energy of multiple scattering where
+there is the choice, the albedo may not be above 1 (but for 0.01), and is 1.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..environment import Environment, load_environment
+from ..environment import load_environment
 from ..renderer import Renderer
 from ..scene import Scene
 from .case import MATERIALS, Case
@@ -148,7 +148,7 @@ def _display(renderer: Renderer, scene: Scene) -> tuple[NDArray[np.float32], dic
 def _race(
     case: Case, scene: Scene, textbook: Textbook, renderer: Renderer, frames: int
 ) -> Mapping[str, list[dict[str, float]]]:
-    """Milliseconds of the surface pass and of the frame by contestant, drawn by turns; the first frame is not counted."""
+    """Milliseconds of the surface pass and of the frame by contestant, drawn by turns; the first is not counted."""
     found: dict[str, list[dict[str, float]]] = {"textbook": [], "interactive": []}
     for number in range(frames + 1):
         turned = dataclasses.replace(scene, rotation=_TURN * (number + 1))

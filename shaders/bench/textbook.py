@@ -3,7 +3,8 @@
 - Karis 2013, "Real Shading in Unreal Engine 4": the two sums; samples of the first are weighted by their cosine.
 
 Irradiance is a cube of 32 texels a side, the blurred environments one of 128 with five levels for roughness 0 to 1,
-each of 1024 filtered samples; the table of the second sum has Schlick's approximation of Smith's masking, k = alpha / 2.
+each of 1024 filtered samples; the table of the second sum has Schlick's approximation of Smith's masking, with
+k = alpha / 2.
 Both lobes of a dielectric are added whole, as the sum of models that is previewed adds them.
 """
 
@@ -89,10 +90,10 @@ class Textbook:
         ctx, kept = frame.ctx, frame.programs
         sky_cube = make_sky_cube(ctx, kept, frame.resource("radiance", moderngl.Texture))
         texels = sky_cube.size[0]
-        irradiance = ctx.texture_cube((_IRRADIANCE_TEXELS,) * 2, 4, dtype="f4")
+        irradiance = ctx.texture_cube((_IRRADIANCE_TEXELS, _IRRADIANCE_TEXELS), 4, dtype="f4")
         irradiance.filter = (moderngl.LINEAR, moderngl.LINEAR)
         filter_cube(ctx, kept, sky_cube, cosine_points(_SAMPLES, texels, _RAISED), False, irradiance)
-        prefiltered = ctx.texture_cube((_TEXELS,) * 2, 4, dtype="f4")
+        prefiltered = ctx.texture_cube((_TEXELS, _TEXELS), 4, dtype="f4")
         prefiltered.build_mipmaps(0, _LEVELS - 1)
         prefiltered.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
         for level in range(_LEVELS):
