@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
 import os
+from collections.abc import Iterable
 
 
 class UserError(ValueError):
@@ -31,3 +33,10 @@ class FileError(UserError):
         self.problem = problem
         self.remedy = remedy
         super().__init__(f"{self.path}: {problem} {remedy}")
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """A sentence part that names the nearest known name and all known names, for an error message."""
+    known = list(known)
+    close = difflib.get_close_matches(name.lower(), known, 1, 0.5)
+    return (f"Did you mean `{close[0]}`? " if close else "") + "Known: " + ", ".join(known) + "."

@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 
 from .atomic import atomic_path
-from .errors import FileError, UserError
+from .errors import FileError, UserError, nearest
 from .model import AbstractBRDF
 from .parameter import Choice, Parameter, choices, parameters
-from .registry import MODELS, combine, expression_of, lobe_models, nearest, split
+from .registry import MODELS, combine, expression_of, lobe_models, split
 
 _KEYS = ("model", "parameters", "provenance")
 # A material file holds a few numbers and their provenance; anything beyond this is another kind of file.

@@ -15,7 +15,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 
-from .errors import UserError
+from .errors import UserError, nearest
 
 RGB = tuple[float, float, float]
 
@@ -144,8 +144,6 @@ def metal_name(name: str) -> str:
     lower = name.strip().lower()
     found = _ALIASES.get(lower, lower)
     if found not in METALS:
-        from .registry import nearest  # loads JAX, which takes most of a second
-
         known = itertools.chain(METALS, (metal.symbol for metal in METALS.values()))
         raise UserError(f"`{name}` is not a metal of the table. {nearest(name, known)}")
     return found

@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
 import importlib
 import inspect
 import pathlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
-from .errors import UserError
+from .errors import UserError, nearest
 from .model import AbstractBRDF, Sum
 
 _LOBES_MAX = 6
 _FOLDER = pathlib.Path(__file__).parent / "models"
-
-
-def nearest(name: str, known: Iterable[str]) -> str:
-    """A sentence part that names the nearest known name and all known names, for an error message."""
-    known = list(known)
-    close = difflib.get_close_matches(name.lower(), known, 1, 0.5)
-    return (f"Did you mean `{close[0]}`? " if close else "") + "Known: " + ", ".join(known) + "."
 
 
 class _Models(Mapping[str, type[Any]]):

@@ -10,10 +10,10 @@ import textwrap
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from brdf.errors import UserError
+from brdf.errors import UserError, nearest
 from brdf.model import Claims
 from brdf.parameter import Parameter, choices, parameters
-from brdf.registry import MODELS, nearest
+from brdf.registry import MODELS
 
 # Columns of a page where no terminal says otherwise, and the least and most that it takes: the names need some, and
 # the formulas in the models' files are no wider.

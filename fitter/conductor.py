@@ -24,11 +24,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from brdf.errors import FileError, UserError
+from brdf.errors import FileError, UserError, nearest
 from brdf.fresnel import f_conductor
 from brdf.metals import F0_MAX, F0_MIN
 from brdf.parameter import parameters
-from brdf.registry import MODELS, nearest
+from brdf.registry import MODELS
 
 # Where the observer's table lies, in steps of 1 nm.
 WAVELENGTHS_NM = np.arange(360.0, 831.0)

@@ -12,11 +12,11 @@ from typing import Any
 import jax
 import numpy as np
 
-from brdf.errors import UserError
+from brdf.errors import UserError, nearest
 from brdf.frame import HORIZON
 from brdf.material import Material
 from brdf.model import AbstractBRDF
-from brdf.registry import build, nearest
+from brdf.registry import build
 
 from .advice import advise
 from .bootstrap import bootstrapped

@@ -7,10 +7,10 @@ import itertools
 import math
 from collections.abc import Sequence
 
-from brdf.errors import UserError
+from brdf.errors import UserError, nearest
 from brdf.model import AbstractBRDF
 from brdf.parameter import choices
-from brdf.registry import build, combine, nearest, split
+from brdf.registry import build, combine, split
 
 _VARIANTS_MAX = 64
 

@@ -15,10 +15,10 @@ from typing import Any
 import jax
 import numpy as np
 
-from brdf.errors import UserError
+from brdf.errors import UserError, nearest
 from brdf.material import Material, check_parameter, load_material
 from brdf.model import AbstractBRDF
-from brdf.registry import expression_of, nearest
+from brdf.registry import expression_of
 
 from .minimise import Minimum, Problem, minimise
 from .normal import Assessment

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from brdf.errors import UserError
+from brdf.errors import UserError, nearest
 from brdf.material import Material, check_choice, check_live, check_parameter
 from brdf.model import AbstractBRDF
 from brdf.parameter import Choice, Parameter, choices, parameters
-from brdf.registry import build, combine, nearest, split
+from brdf.registry import build, combine, split
 
 from .formats import merl
 from .reflectance import HORIZON_COSINE, Grid, Reflectance

@@ -6,8 +6,7 @@ import jax
 import numpy as np
 from jaxtyping import Float
 
-from brdf.errors import UserError
-from brdf.registry import nearest
+from brdf.errors import UserError, nearest
 
 from .loss import Loss, compressed
 from .reflectance import Reflectance

@@ -6,11 +6,11 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from brdf.errors import UserError
+from brdf.errors import UserError, nearest
 from brdf.material import check_choice, check_live, check_parameter
 from brdf.model import AbstractBRDF, specialized
 from brdf.parameter import Parameter, choices, parameters
-from brdf.registry import combine, nearest, split
+from brdf.registry import combine, split
 
 from .unknowns import Place, Unknown, Unknowns
 

@@ -14,6 +14,7 @@ import time
 import numpy as np
 
 from .frame import UNITS, Frame
+from .lighting import Light
 from .program import set_uniforms
 from .tiers import effort, frames_at_most, samples_in_frame, wanted_error
 
@@ -51,7 +52,10 @@ class Progress:
     def __init__(self, frame: Frame, started: float):
         self._frame = frame
         self._deadline = math.inf if frame.scene.seconds is None else started + frame.scene.seconds
-        self._most = frames_at_most(frame.scene)
+        light = frame.store.get("light_table")
+        techniques = light.techniques if isinstance(light, Light) else 1
+        self._samples = samples_in_frame(frame.scene, techniques)
+        self._most = frames_at_most(frame.scene, techniques)
         self._error = wanted_error(frame.scene)
         self._next_look = _FIRST_LOOK
 
@@ -59,7 +63,7 @@ class Progress:
         """Counts a frame that was added to its sum; returns whether these are enough and says why."""
         scene = self._frame.scene
         accumulation.frames += 1
-        accumulation.samples += samples_in_frame(scene)
+        accumulation.samples += self._samples
         if accumulation.frames % effort(scene).sums:
             return False  # the sums must have as many frames
         if self._error is not None and accumulation.frames >= self._next_look:

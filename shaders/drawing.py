@@ -9,10 +9,9 @@ import moderngl
 
 from .buffers import KeptBuffer
 from .frame import Frame
-from .material_block import BINDING
 from .program import set_uniforms
 from .scene import Part
-from .twin import FIRST_BUFFER
+from .twin import BLOCK, FIRST_BUFFER
 from .view import jitter_ndc, view_projection
 
 
@@ -36,8 +35,9 @@ def prepare_parts(
     program_of: Callable[[Part], moderngl.Program],
     values: Mapping[str, Any],
     bind: Callable[[int], None],
+    target: str = "frame",
 ) -> Callable[[int], None]:
-    """The drawing of all visible parts into `frame`, called with the number of the jittered frame.
+    """The drawing of all visible parts into a picture, called with the number of the jittered frame.
 
     **Arguments:**
 
@@ -45,6 +45,7 @@ def prepare_parts(
     - `program_of`: the program of a part; its vertex shader is `pass/surface.vert`.
     - `values`: uniforms, beside those of the vertex shader.
     - `bind`: called with the index of a part before it is drawn, binds what its program reads.
+    - `target`: the picture, which has a depth buffer.
     """
     projection = view_projection(frame.scene)
     draws = [_prepare(frame, part, program_of(part)) for part in frame.visible]
@@ -55,7 +56,7 @@ def prepare_parts(
         for index, (program, mesh) in enumerate(draws):
             set_uniforms(program, own | dict(values))
             bind(index)
-            frame.draw_in_tiles("frame", lambda mesh=mesh: mesh.render(moderngl.TRIANGLES))
+            frame.draw_in_tiles(target, lambda mesh=mesh: mesh.render(moderngl.TRIANGLES))
 
     return draw
 
@@ -64,7 +65,7 @@ def bind_materials(frame: Frame) -> Callable[[int], None]:
     """What binds the uniform block and the tables of a part, as the pass `materials` has made them."""
 
     def bind(index: int) -> None:
-        frame.resource(block_name(index), KeptBuffer).buffer.bind_to_uniform_block(BINDING)
+        frame.resource(block_name(index), KeptBuffer).buffer.bind_to_uniform_block(BLOCK)
         for table in range(len(frame.visible[index].twin.buffers)):
             frame.resource(table_name(index, table), KeptBuffer).buffer.bind_to_storage_buffer(FIRST_BUFFER + table)
 

@@ -21,8 +21,7 @@ import pathlib
 import numpy as np
 from numpy.typing import NDArray
 
-from brdf.errors import FileError, UserError
-from brdf.registry import nearest
+from brdf.errors import FileError, UserError, nearest
 
 from .built_in import BUILT_IN
 from .exr import read_exr

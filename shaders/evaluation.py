@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from brdf.errors import UserError
-from brdf.model import AbstractBRDF
 
 from .context import check, device
-from .material_block import BINDING, twin
 from .program import programs
-from .twin import FIRST_BUFFER, Twin
+from .twin import BLOCK, FIRST_BUFFER, Twin, twin_of
+
+if TYPE_CHECKING:
+    from brdf.model import AbstractBRDF
 
 _GROUP = 64  # local_size_x in pass/evaluate.comp
 # Pairs per dispatch: 12 MB per buffer, and far below the 65535 groups that OpenGL guarantees.
@@ -75,13 +78,13 @@ def _run(result: str, model: AbstractBRDF | Twin, wi: ArrayLike, wo: ArrayLike) 
     if len(incident) == 0:
         return values
     ctx = device().ctx
-    material = model if isinstance(model, Twin) else twin(model)
+    material = twin_of(model)
     program = programs().compute("pass/evaluate.comp", {}, {"material": material.text, "result": result})
     chunk = min(len(incident), _CHUNK)
     block = ctx.buffer(material.block)
     own = [ctx.buffer(data) for data in material.buffers]
     buffers = [ctx.buffer(reserve=12 * chunk) for _ in range(3)]
-    block.bind_to_uniform_block(BINDING)
+    block.bind_to_uniform_block(BLOCK)
     for binding, buffer in enumerate(buffers):
         buffer.bind_to_storage_buffer(binding)
     for binding, buffer in enumerate(own, FIRST_BUFFER):

@@ -17,12 +17,23 @@ from .context import Device
 from .lighting import UNIT
 from .program import Programs
 from .scene import Part, Scene
-from .tiers import effort
+from .tiers import effort, is_deferred
 
 # Texture units by the name of the sampler in GLSL; a picture's sampler has the picture's name.
-UNITS = {"radiance": UNIT, "frame": 1, "sum_even": 2, "sum_odd": 3, "linear": 4}
+UNITS = {
+    "radiance": UNIT,
+    "frame": 1,
+    "sum_even": 2,
+    "sum_odd": 3,
+    "linear": 4,
+    "points_position": 5,
+    "points_normal": 6,
+    "sky_cube": 7,
+}
 # The first of those of a material's blurred environments.
-FIRST_BLUR = 5
+FIRST_BLUR = 8
+# The attachments of a picture that has several.
+_ATTACHMENTS = {"points": ("points_position", "points_normal")}
 # Pixels a side that one draw shades: a weak GPU needs well below the two seconds after which Windows resets a driver.
 _TILE = 1024
 # More are an error on some software renderers.
@@ -69,7 +80,7 @@ class Frame:
     @property
     def samples_per_pixel(self) -> int:
         """Of the frame's edges; 0 where jittered frames smooth them."""
-        return min(_MULTISAMPLES, self.ctx.max_samples) if self.scene.tier == "interactive" else 0
+        return 0 if is_deferred(self.scene) else min(_MULTISAMPLES, self.ctx.max_samples)
 
     def resource(self, name: str, kind: type[T]) -> T:
         """A resource that an earlier pass has kept."""
@@ -97,28 +108,54 @@ class Frame:
     def picture(self, name: str) -> moderngl.Framebuffer:
         """The framebuffer of a picture of the scene's size, cleared when it is made.
 
-        The frame has a depth buffer, and several samples per pixel where it is the only one.
+        The points have two attachments, position and normal, and a depth buffer, which the frame shares and does not
+        write. Without points the frame has its own, and several samples per pixel.
         """
-        size = (self.scene.width, self.scene.height)
-        samples = self.samples_per_pixel if name == "frame" else 0
         kept = self.store.get(name)
-        if not isinstance(kept, moderngl.Framebuffer) or kept.size != size or kept.samples != samples:
-            texture = self.ctx.texture(size, 4, dtype="f4", samples=samples)
-            if not samples:
-                texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-            depth = self.ctx.depth_renderbuffer(size, samples=samples) if name == "frame" else None
-            kept = self.ctx.framebuffer([texture], depth)
+        if not isinstance(kept, moderngl.Framebuffer) or not self._fits(name, kept):
+            size = (self.scene.width, self.scene.height)
+            samples = self.samples_per_pixel if name == "frame" else 0
+            textures = [self.ctx.texture(size, 4, dtype="f4", samples=samples) for _ in _attachments(name)]
+            for texture in textures:
+                if not samples:
+                    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            depth = None
+            if self._shares_depth(name):
+                depth = self.picture("points").depth_attachment
+            elif name in ("points", "frame"):
+                depth = self.ctx.depth_renderbuffer(size, samples=samples)
             # Bound before the one of another size is freed, else the first draw has its viewport (moderngl 5.13).
-            kept.use()
-            kept.clear()
-            self.store[name] = kept
+            made = self.ctx.framebuffer(textures, depth)
+            made.depth_mask = not self._shares_depth(name)
+            made.use()
+            made.clear()
+            self.store[name] = kept = made
         return kept
 
+    def _shares_depth(self, name: str) -> bool:
+        return name == "frame" and is_deferred(self.scene)
+
+    def _fits(self, name: str, kept: moderngl.Framebuffer) -> bool:
+        samples = self.samples_per_pixel if name == "frame" else 0
+        shared = self.picture("points").depth_attachment if self._shares_depth(name) else None
+        return (
+            kept.size == (self.scene.width, self.scene.height)
+            and kept.samples == samples
+            and kept.depth_mask == (shared is None)
+            and (shared is None or kept.depth_attachment is shared)
+        )
+
+    def clear(self, name: str) -> None:
+        """Sets a picture to 0, and its depth, if it owns one, to the far plane."""
+        # Used before: a framebuffer that is not is cleared within the limits of another one's last tile.
+        self.picture(name).use()
+        self.picture(name).clear()
+
     def bind_picture(self, name: str) -> None:
-        """Makes a picture readable by the sampler of its name."""
-        texture = self.picture(name).color_attachments[0]
-        assert isinstance(texture, moderngl.Texture)
-        texture.use(UNITS[name])
+        """Makes a picture readable by the samplers of its attachments' names: its own if there is one."""
+        for texture, sampler in zip(self.picture(name).color_attachments, _attachments(name), strict=True):
+            assert isinstance(texture, moderngl.Texture)
+            texture.use(UNITS[sampler])
 
     def read(self, name: str) -> NDArray[np.float32]:
         """The picture's pixels: shape (h, w, 4), row 0 at the top."""
@@ -142,3 +179,7 @@ class Frame:
         """Runs a program's fragment shader for every pixel of a picture."""
         triangle = self.ctx.vertex_array(program, [])
         self.draw_in_tiles(target, lambda: triangle.render(moderngl.TRIANGLES, vertices=3))
+
+
+def _attachments(name: str) -> tuple[str, ...]:
+    return _ATTACHMENTS.get(name, (name,))

@@ -6,9 +6,9 @@ A file that cannot be read or written is no error: its table is made anew.
 from __future__ import annotations
 
 import hashlib
+import io
 import os
 import pathlib
-import zipfile
 from collections.abc import Callable, Mapping
 
 import numpy as np
@@ -16,9 +16,13 @@ from numpy.typing import NDArray
 
 from brdf.atomic import atomic_path
 from brdf.cache import cache_folder
+from brdf.errors import FileError
 
 # When the folder grows beyond it, the files that were not used for longest go, down to half of it.
 _BYTES_MAX = 256 << 20
+# A file is a checksum, then an archive of NumPy's.
+_CHECKSUM_BYTES = 16
+_SUFFIX = ".table"
 
 Arrays = dict[str, NDArray[np.generic]]
 
@@ -35,7 +39,7 @@ def kept(kind: str, ingredients: tuple[bytes, ...], make: Callable[[], Mapping[s
     for one in ingredients:
         digest.update(len(one).to_bytes(8, "little") + one)
     folder = cache_folder("tables")
-    path = None if folder is None else folder / f"{kind}-{digest.hexdigest()}.npz"
+    path = None if folder is None else folder / f"{kind}-{digest.hexdigest()}{_SUFFIX}"
     found = None if path is None else _read(path)
     if found is not None:
         return found
@@ -47,25 +51,35 @@ def kept(kind: str, ingredients: tuple[bytes, ...], make: Callable[[], Mapping[s
 
 def _read(path: pathlib.Path) -> Arrays | None:
     try:
-        with np.load(path) as archive:
-            found = {name: archive[name] for name in archive.files}
+        content = path.read_bytes()
         os.utime(path)
-        return found
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile):
+    except OSError:
         return None
+    # Not every damage of an archive is an error when it is read.
+    if _checksum(content[_CHECKSUM_BYTES:]) != content[:_CHECKSUM_BYTES]:
+        return None
+    with np.load(io.BytesIO(content[_CHECKSUM_BYTES:])) as archive:
+        return {name: archive[name] for name in archive.files}
 
 
 def _write(path: pathlib.Path, arrays: Arrays) -> None:
+    archive = io.BytesIO()
+    np.savez(archive, **arrays)  # pyright: ignore[reportArgumentType]
+    content = archive.getvalue()
     try:
-        with atomic_path(path, force=True) as temporary, temporary.open("wb") as file:
-            np.savez(file, **arrays)  # pyright: ignore[reportArgumentType]
+        with atomic_path(path, force=True) as temporary:
+            temporary.write_bytes(_checksum(content) + content)
         _prune(path.parent)
-    except OSError:
+    except (OSError, FileError):
         return
 
 
+def _checksum(content: bytes) -> bytes:
+    return hashlib.blake2b(content, digest_size=_CHECKSUM_BYTES).digest()
+
+
 def _prune(folder: pathlib.Path) -> None:
-    files = [(one.stat().st_mtime, one.stat().st_size, one) for one in folder.glob("*.npz")]
+    files = [(one.stat().st_mtime, one.stat().st_size, one) for one in folder.glob(f"*{_SUFFIX}")]
     total = sum(size for _, size, _ in files)
     if total <= _BYTES_MAX:
         return

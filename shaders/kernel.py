@@ -56,7 +56,7 @@ class Kernel:
 
     @property
     def degree(self) -> int:
-        """The degree in spherical harmonics above which 1e-3 of the kernel's value, or less, is left."""
+        """The degree in spherical harmonics above which 1e-2 of the kernel's height, or less, is left."""
         if self.power == 0:
             return 40
         return max(math.ceil((3.2 if math.isinf(self.power) else 4.6) / self.width), 24)
@@ -66,7 +66,7 @@ class Kernel:
         """Texels along an edge of the cube that holds an environment blurred by it: three to its half width."""
         if self.power == 0:
             return 64
-        return int(np.clip(2 ** math.ceil(math.log2(3.2 / self.width)), 16, 128))
+        return int(np.clip(2 ** math.ceil(math.log2(3.2 / self.width)), 16, 256))
 
     def values(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """The kernel in 1/sr at x = tan^2(theta / 2)."""

@@ -1,11 +1,16 @@
 """From an environment to the table by which a shader chooses directions in proportion to its light.
 
-- Pharr, Jakob, Humphreys 2016, "Physically Based Rendering", section 14.2.4.
-- Chen, Asau 1974, "On Generating Random Variates from an Empirical Distribution": the guide.
+A list names every texel as often as it is to be drawn, so that one look-up inverts the distribution, and the density
+of a texel is its number of entries: exact, however coarse. The direction lies about the texel's centre with the tent
+by which textures are interpolated; the density is therefore the interpolation of the texels' densities, and fits the
+interpolated radiance.
+
+- Karlik, Sik, Vevoda, Skrivan, Krivanek 2019, "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance
+  Sampling": some of what lies below the mean is left to the other density.
 - Hilbert 1891, "Ueber die stetige Abbildung einer Linie auf ein Flaechenstueck": neighbours on the curve are neighbours
   in the sky, so that evenly spread numbers become evenly spread directions.
 
-The shader's side is `glsl/environment.glsl`.
+The shader's side is `glsl/light_table.glsl`.
 """
 
 from __future__ import annotations
@@ -16,90 +21,98 @@ import numpy as np
 from numpy.typing import NDArray
 
 # Luminance of linear Rec. 709 (ITU-R BT.709).
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-# Larger pictures are averaged down to this width for the table; any table is right, a finer one is only less noisy.
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
+# Larger pictures are listed in square blocks, as few as bring them to this width.
 _WIDTH_MAX = 2048
-# Of the light, spread evenly over the sky: a dark direction keeps a density above zero. A cell with far less than 2^-32
-# of the light, as beside the poles of a large picture, is still never drawn, since `cumulative` cannot count it: its
-# share goes to a neighbour on the curve, and the other densities that the shader samples beside this one reach it.
-_UNIFORM = 1e-3
+# Of the mean, what is left to the other density: less noise in studio and sunset than with 0 or 1, by some percent.
+_LEFT = 0.5
+# Entries of the list: four for a mean texel of 1024 x 512.
+_ENTRIES_LOG2 = 21
 
 
 @dataclasses.dataclass(frozen=True)
 class LightTable:
-    """Cells of a latitude-longitude grid, chosen by light, in the order of a Hilbert curve.
+    """Texels of a latitude-longitude picture, listed in the order of a Hilbert curve, each as often as it is drawn.
 
-    - `pdf`: shape (h, w), float32, 1/sr, constant over a cell.
-    - `cells`: shape (h w,), uint32: row 2^16 + column of the k-th cell on the curve.
-    - `cumulative`: shape (h w,), uint32: the light before the k-th cell, in units of 2^-32 of all light; two equal
-      entries mean that the cell of the first is never drawn.
-    - `guide`: shape (2^g, 2), uint32: the cells on the curve between which the parts k / 2^g to (k + 1) / 2^g of the
-      light lie.
+    - `density`: shape (h, w), float32: the probability of a texel times h w / (2 pi^2), which divided by the sine of
+      the polar angle is the density in 1/sr; 0 where no direction is drawn.
+    - `cells`: shape (2^n,), uint32: row 2^16 + column of the first texel of a block.
+    - `block`: texels a side of a block; all of its texels are as likely.
+    - `is_even`: whether the light is the same from everywhere, so that drawing it is of no use.
     """
 
-    pdf: NDArray[np.float32]
+    density: NDArray[np.float32]
     cells: NDArray[np.uint32]
-    cumulative: NDArray[np.uint32]
-    guide: NDArray[np.uint32]
+    block: int
+    is_even: bool
 
 
 def light_table(pixels: NDArray[np.float32]) -> LightTable:
-    """The table of an environment's pixels, shape (h, w, 3), computed in float64.
+    """The table of an environment's pixels, shape (h, w, 3).
 
-    A cell's weight is the mean luminance of the *interpolated* picture over it times its solid angle: a texel beside
-    the sun is lit by the interpolation, and would be a firefly if its own dark value decided.
+    It chooses by the luminance above half the mean. Directions below it are never drawn: use it beside another density
+    that reaches them, as a material's proposals do.
     """
-    luminance = _reduced(pixels.astype(np.float64) @ _LUMINANCE)
-    # The mean of a linear interpolation over a texel is 1/8, 6/8, 1/8 of its neighbours and itself.
-    luminance = 0.125 * (np.roll(luminance, 1, axis=1) + np.roll(luminance, -1, axis=1)) + 0.75 * luminance
-    padded = np.pad(luminance, ((1, 1), (0, 0)), mode="edge")
-    luminance = 0.125 * (padded[:-2] + padded[2:]) + 0.75 * luminance
-    height, width = luminance.shape
-    edges = np.cos(np.pi * np.arange(height + 1) / height)
-    solid_angle = ((edges[:-1] - edges[1:]) * (2 * np.pi / width))[:, None]
-    mean = float((luminance * solid_angle).sum() / (4 * np.pi))
-    level = luminance + _UNIFORM * mean if mean > 0 else np.ones_like(luminance)
-    weight = level * solid_angle
-    total = weight.sum()
-    cells = _hilbert_order(height, width)
-    before = np.concatenate([[0.0], np.cumsum(weight.reshape(-1)[cells])[:-1]]) / total
-    cumulative = np.minimum(before * 2.0**32, 2.0**32 - 1).astype(np.uint32)
-    guides = max(1 << (len(cells) - 1).bit_length(), 2)
-    starts = np.arange(guides + 1) * (2**32 // guides)
-    at = np.searchsorted(cumulative, starts, side="right") - 1
-    row, column = np.divmod(cells, width)
-    return LightTable(
-        pdf=(level / total).astype(np.float32),
-        cells=(row * 2**16 + column).astype(np.uint32),
-        cumulative=cumulative,
-        guide=np.stack([at[:-1], at[1:]], axis=-1).astype(np.uint32),
-    )
-
-
-def _reduced(luminance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The mean over square blocks, the smallest that bring the width to the limit."""
-    height, width = luminance.shape
+    height, width = pixels.shape[:2]
     block = -(-width // _WIDTH_MAX)
-    if block == 1:
-        return luminance
-    # Edge texels repeat into the last, incomplete blocks.
-    padded = np.pad(luminance, ((0, -height % block), (0, -width % block)), mode="edge")
-    return padded.reshape(padded.shape[0] // block, block, padded.shape[1] // block, block).mean(axis=(1, 3))
+    luminance, texels = _blocks(pixels @ _LUMINANCE, block)
+    sine = np.sin(np.pi * np.minimum((np.arange(len(luminance)) + 0.5) * block / height, 1))
+    solid_angle = texels * sine[:, None]
+    mean = float((luminance * solid_angle).sum() / solid_angle.sum())
+    above = np.maximum(luminance - _LEFT * mean, 0)
+    # A constant picture's mean is rounded.
+    is_even = float(np.ptp(luminance)) <= 1e-5 * mean
+    counts = _apportioned((np.ones_like(above) if is_even else above) * solid_angle, 1 << _ENTRIES_LOG2)
+    row, column = _hilbert_curve(*luminance.shape)
+    cells = ((row.astype(np.uint32) << np.uint32(16)) + column.astype(np.uint32)) * np.uint32(block)
+    share = counts / (texels * (counts.sum() * 2 * np.pi**2 / (height * width)))
+    density = np.repeat(np.repeat(share.astype(np.float32), block, axis=0), block, axis=1)[:height, :width]
+    return LightTable(np.ascontiguousarray(density), np.repeat(cells, counts[row, column]), block, is_even)
 
 
-def _hilbert_order(height: int, width: int) -> NDArray[np.intp]:
-    """The cells of a grid in the order in which a Hilbert curve over the enclosing square visits them."""
-    row, column = (axis.reshape(-1) for axis in np.mgrid[:height, :width])
-    x, y = column.copy(), row.copy()
-    place = np.zeros(len(x), np.int64)
-    side = 1 << (max(height, width) - 1).bit_length()
-    half = side // 2
-    while half:
-        right, lower = (x & half) > 0, (y & half) > 0
-        place += half * half * ((3 * right) ^ lower)
-        # Each quarter holds a turned copy of the curve.
-        flip = right & ~lower
-        x, y = np.where(flip, side - 1 - x, x), np.where(flip, side - 1 - y, y)
-        x, y = np.where(lower, x, y), np.where(lower, y, x)
-        half //= 2
-    return np.argsort(place)
+def _blocks(luminance: NDArray[np.float32], block: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The mean luminance of square blocks, and how many texels each has: those at the last edges are incomplete."""
+    height, width = luminance.shape
+    starts = np.arange(0, height, block), np.arange(0, width, block)
+    total = np.add.reduceat(np.add.reduceat(luminance.astype(np.float64), starts[0], axis=0), starts[1], axis=1)
+    texels = np.minimum(height - starts[0], block)[:, None] * np.minimum(width - starts[1], block)[None, :].astype(
+        float
+    )
+    return total / texels, texels
+
+
+def _apportioned(weight: NDArray[np.float64], entries: int) -> NDArray[np.int64]:
+    """Whole numbers close to a multiple of the weights, which sum to `entries`."""
+    scale = entries / weight.sum()
+    counts = np.zeros(weight.shape, np.int64)
+    # Rounding drops many small weights; the others then share what these do not take.
+    for _ in range(8):
+        counts = np.floor(weight * scale + 0.5).astype(np.int64)
+        scale *= entries / max(int(counts.sum()), 1)
+    missing = entries - int(counts.sum())
+    step = 1 if missing > 0 else -1
+    # The heaviest ones notice a change least.
+    heaviest = np.argpartition(-weight.reshape(-1), min(abs(missing), weight.size - 1))
+    flat = counts.reshape(-1)
+    while missing:
+        some = heaviest[: abs(missing)]
+        if step < 0:
+            some = some[flat[some] > 0]
+        flat[some] += step
+        missing -= step * len(some)
+    return counts
+
+
+def _hilbert_curve(height: int, width: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Rows and columns of a grid's cells in the order of a Hilbert curve over the enclosing square."""
+    x = y = np.zeros(1, np.int64)
+    side = 1
+    while side < max(height, width):
+        # Four copies of the curve, the first and the last one turned so that their ends meet.
+        x, y = (
+            np.concatenate([y, x, x + side, 2 * side - 1 - y]),
+            np.concatenate([x, y + side, y + side, side - 1 - x]),
+        )
+        side *= 2
+    inside = (x < width) & (y < height)
+    return y[inside], x[inside]

@@ -1,10 +1,12 @@
-"""An environment on the GPU: its texture and its light table."""
+"""An environment on the GPU: its texture, and what directions are chosen from by their light."""
 
 from __future__ import annotations
 
 import dataclasses
 
 import moderngl
+import numpy as np
+from numpy.typing import NDArray
 
 from brdf.errors import UserError
 
@@ -16,40 +18,64 @@ UNIT = 0
 
 
 @dataclasses.dataclass(frozen=True)
-class LightBuffers:
-    """The light table as shaders read it.
+class Light:
+    """An environment with its light table, as `glsl/light_table.glsl` reads it.
 
-    - `buffers`: pdf, cells, cumulative and guide, in the order of their bindings in `glsl/light_table.glsl`.
-    - `size`: in cells, width first.
-    - `guide_shift`: how many lower bits of 32 do not index the guide.
-    - `bytes_uploaded`: of all buffers.
+    - `radiance`: the picture, for the sampler of `glsl/environment.glsl`; its alpha is the table's density.
+    - `cells`: the table's list, for binding 0.
+    - `size`: of the picture in texels, width first.
+    - `shift`: how many lower bits of 32 do not index the list.
+    - `block`: texels a side of the list's blocks.
+    - `is_even`: whether drawing directions by their light is of no use.
+    - `bytes_uploaded`: of the picture and the list.
     """
 
-    buffers: tuple[moderngl.Buffer, ...]
+    radiance: moderngl.Texture
+    cells: moderngl.Buffer
     size: tuple[int, int]
-    guide_shift: int
+    shift: int
+    block: int
+    is_even: bool
     bytes_uploaded: int
+
+    @property
+    def techniques(self) -> int:
+        """How many directions each point draws: one that the material proposes and, if it is of use, one to a light."""
+        return 1 if self.is_even else 2
 
 
 def upload_radiance(ctx: moderngl.Context, environment: Environment) -> moderngl.Texture:
-    """The picture, for the sampler of `glsl/environment.glsl`.
+    """The picture alone, for the sampler of `glsl/environment.glsl`.
 
     Raises `UserError` when it is larger than the device's textures.
     """
-    height, width = environment.pixels.shape[:2]
+    return _upload(ctx, environment, environment.pixels)
+
+
+def upload_light(ctx: moderngl.Context, environment: Environment) -> Light:
+    """The picture with its light table.
+
+    Raises `UserError` when it is larger than the device's textures.
+    """
+    table = light_table(environment.pixels)
+    pixels = np.concatenate([environment.pixels, table.density[..., None]], axis=-1)
+    return Light(
+        radiance=_upload(ctx, environment, pixels),
+        cells=ctx.buffer(table.cells.tobytes()),
+        size=(pixels.shape[1], pixels.shape[0]),
+        shift=32 - (len(table.cells).bit_length() - 1),
+        block=table.block,
+        is_even=table.is_even,
+        bytes_uploaded=pixels.nbytes + table.cells.nbytes,
+    )
+
+
+def _upload(ctx: moderngl.Context, environment: Environment, pixels: NDArray[np.float32]) -> moderngl.Texture:
+    height, width, components = pixels.shape
     limit = int(ctx.info["GL_MAX_TEXTURE_SIZE"])
     if max(width, height) > limit:
         raise UserError(f"`{environment.name}` is larger than this device's {limit} texels a side. Resize it.")
-    radiance = ctx.texture((width, height), 3, environment.pixels.tobytes(), dtype="f4")
+    radiance = ctx.texture((width, height), components, np.ascontiguousarray(pixels).tobytes(), dtype="f4")
     radiance.filter = (moderngl.LINEAR, moderngl.LINEAR)
     radiance.repeat_x, radiance.repeat_y = True, False
     return radiance
-
-
-def upload_light_table(ctx: moderngl.Context, environment: Environment) -> LightBuffers:
-    """The table that `glsl/light_table.glsl` samples."""
-    table = light_table(environment.pixels)
-    arrays = (table.pdf, table.cells, table.cumulative, table.guide)
-    size = (table.pdf.shape[1], table.pdf.shape[0])
-    buffers = tuple(ctx.buffer(one.tobytes()) for one in arrays)
-    return LightBuffers(buffers, size, 32 - (len(table.guide).bit_length() - 1), sum(one.nbytes for one in arrays))

@@ -22,6 +22,7 @@ from __future__ import annotations
 import dataclasses
 import struct
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
@@ -31,10 +32,8 @@ from brdf.parameter import Parameter, choices, parameters
 from brdf.registry import name_of, split
 
 from .table_text import table_text
-from .twin import Twin
+from .twin import BLOCK, Twin
 
-# Where the block is bound.
-BINDING = 0
 # std140 base alignments and sizes in bytes (OpenGL 4.3, section 7.6.2.2): a vec3 is aligned like a vec4 but leaves the
 # fourth float to a following scalar.
 _ALIGNMENT = {"scalar": 4, "color": 16}
@@ -106,7 +105,8 @@ def _turns(lobe: AbstractBRDF) -> bool:
 
 def proposal_count(model: AbstractBRDF) -> int:
     """The number of specular lobes that the model proposes to sample, all lobes of a sum together."""
-    return len(specialized(model).proposals(jnp.asarray(1.0)).specular)
+    # Their values do not matter: nothing is compiled for them.
+    return len(eqx.filter_eval_shape(specialized(model).proposals, jnp.ones(())).specular)
 
 
 def glsl(model: AbstractBRDF) -> str:
@@ -187,7 +187,7 @@ def _params_value(lobe_name: str, lobe: AbstractBRDF) -> str:
 
 def _block(model: AbstractBRDF) -> str:
     fields = [f"{_GLSL_TYPE[member.parameter.kind]} {member.name};" for member in members(model)]
-    return f"layout(std140, binding = {BINDING}) uniform Material {{ {' '.join(fields)} }};" if fields else ""
+    return f"layout(std140, binding = {BLOCK}) uniform Material {{ {' '.join(fields)} }};" if fields else ""
 
 
 def _proposals(lobes: dict[str, AbstractBRDF]) -> list[str]:

@@ -13,19 +13,23 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .kernel import COSINE, POWERS, SATURATED, Kernel, nearest_kernel, round_values
 from .round_samples import Array, Evaluate, Samples, sample_material
 
 _WIDTH_MIN, _WIDTH_MAX = 1.5e-3, 1.4
 # Widths that are tried for a new lobe.
-_WIDTHS = np.geomspace(3e-3, 1.2, 18)
+_WIDTHS = np.geomspace(3e-3, 1.2, 14)
 # The coefficients of a tilt, and its range.
 _TILT_COEFFICIENTS = 3
 _TILT_MAX = 2.0
-_STEPS = 25
+# Steps of the search for one lobe, two, three.
+_STEPS = (6, 8, 20)
 _DIFFERENCE = 1e-3
-_SPECULAR_MAX = 3
+# How much a lobe counts that is away from the mirror direction by its width: else a faint one may lie anywhere, and the
+# sun shines twice. Less towards the rim, where highlights do lean away from there.
+_ASTRAY = 0.02
 # Another lobe must make the sum of squares smaller by this part; below this misfit none is added.
 _GAIN = 0.12
 _GOOD = 0.02
@@ -74,7 +78,7 @@ def fit_lobes(evaluate: Evaluate, is_anisotropic: bool) -> RoundFit:
     """The round lobes of a material; the arguments are those of `sample_material`."""
     samples = sample_material(evaluate, is_anisotropic)
     at_horizon = np.stack([_at_horizon(samples, kernel) for kernel in _ENDING_AT_HORIZON], axis=-1)
-    cost = _square(samples.residual(at_horizon))
+    cost = samples.cost(at_horizon)
     shape = _NOTHING
     if cost > _GOOD**2:
         shape = (_brushed if is_anisotropic else _stacked)(samples, at_horizon, cost)
@@ -89,22 +93,19 @@ def _stacked(samples: Samples, at_horizon: Array, cost: float) -> _Shape:
     """Lobes in the plane of incidence, one after the other: the best of all widths and powers, then all searched."""
     shape = _NOTHING
     mirrored = _tan2_half(samples, _MIRRORED, 0.0)
-    for count in range(_SPECULAR_MAX):
+    candidates = [(power, width) for power in POWERS for width in _WIDTHS]
+    columns = [_in_cells(samples, round_values(mirrored, power, width)) for power, width in candidates]
+    for count in range(len(_STEPS)):
         known = np.concatenate([shape.columns(samples), at_horizon], axis=-1) if count else at_horizon
-        candidates = []
-        for power in POWERS:
-            for width in _WIDTHS:
-                one = _in_cells(samples, round_values(mirrored, power, width))[..., None]
-                found = _square(samples.residual(np.concatenate([one, known], axis=-1)))
-                candidates.append((found, power, width))
-        _, power, width = min(candidates)
+        costs = [samples.cost(np.concatenate([one[..., None], known], axis=-1)) for one in columns]
+        power, width = candidates[int(np.argmin(costs))]
         grown = _Shape(
             np.append(shape.power, power),
             np.append(shape.log_width, math.log(width)),
             np.concatenate([shape.tilt, _MIRRORED[None]]),
             np.zeros(count + 1),
         )
-        grown, new_cost = _search(samples, at_horizon, grown)
+        grown, new_cost = _search(samples, at_horizon, grown, _STEPS[count])
         if new_cost > (1 - _GAIN) * cost:
             break
         shape, cost = grown, new_cost
@@ -124,50 +125,107 @@ def _brushed(samples: Samples, at_horizon: Array, cost: float) -> _Shape:
                     continue
                 tilt, lean = np.tile(_MIRRORED, (n, 1)), spread * np.array(_PLACES)
                 shape = _Shape(np.full(n, power), np.full(n, math.log(width)), tilt, lean)
-                found = _square(samples.residual(np.concatenate([shape.columns(samples), at_horizon], axis=-1)))
+                found = samples.cost(np.concatenate([shape.columns(samples), at_horizon], axis=-1))
                 if found < least:
                     best, least = shape, found
     return best
 
 
-def _search(samples: Samples, at_horizon: Array, shape: _Shape) -> tuple[_Shape, float]:
-    """Levenberg-Marquardt over widths and tilts, with derivatives by differences."""
+def _search(samples: Samples, at_horizon: Array, shape: _Shape, steps: int) -> tuple[_Shape, float]:
+    """Levenberg-Marquardt over widths and tilts, the amplitudes always the best ones for them.
+
+    The derivative is that of Kaufman 1975, "A variable projection method for solving separable nonlinear least squares
+    problems": with amplitudes held, less what amplitudes above 0 could follow.
+    """
     n = len(shape.lean)
     lower = np.concatenate([np.full(n, math.log(_WIDTH_MIN)), np.full(n * _TILT_COEFFICIENTS, -_TILT_MAX)])
     upper = np.concatenate([np.full(n, math.log(_WIDTH_MAX)), np.full(n * _TILT_COEFFICIENTS, _TILT_MAX)])
 
-    def made(p: Array) -> _Shape:
-        return _Shape(shape.power, p[:n], p[n:].reshape(n, _TILT_COEFFICIENTS), shape.lean)
-
-    def residual(round_columns: Array) -> Array:
-        return samples.residual(np.concatenate([round_columns, at_horizon], axis=-1))
+    def solved(p: Array) -> _Solution:
+        trial = _Shape(shape.power, p[:n], p[n:].reshape(n, _TILT_COEFFICIENTS), shape.lean)
+        return _solve(samples, at_horizon, trial)
 
     p = np.concatenate([shape.log_width, shape.tilt.ravel()])
-    columns = made(p).columns(samples)
-    error, damping = residual(columns), 1e-2
-    for _ in range(_STEPS):
-        jacobian = np.empty((len(error), len(p)))
-        for i in range(len(p)):
-            step = _DIFFERENCE if p[i] + _DIFFERENCE < upper[i] else -_DIFFERENCE
-            moved, lobe = p.copy(), i if i < n else (i - n) // _TILT_COEFFICIENTS
-            moved[i] += step
-            other = columns.copy()
-            other[..., lobe] = made(moved).column(samples, lobe)
-            jacobian[:, i] = (residual(other) - error) / step
-        hessian, gradient = jacobian.T @ jacobian, jacobian.T @ error
-        before = _square(error)
+    now, damping = solved(p), 1e-2
+    for _ in range(steps):
+        jacobian = _derivative(samples, now)
+        hessian, gradient = jacobian.T @ jacobian, jacobian.T @ now.error
+        before = now.cost
         for _ in range(4):
             scaled = hessian + damping * np.diag(np.diag(hessian) + 1e-9)
             trial = np.clip(p - np.linalg.solve(scaled, gradient), lower, upper)
-            trial_columns = made(trial).columns(samples)
-            trial_error = residual(trial_columns)
-            if _square(trial_error) < before:
-                p, columns, error, damping = trial, trial_columns, trial_error, 0.3 * damping
+            found = solved(trial)
+            if found.cost < before:
+                p, now, damping = trial, found, 0.3 * damping
                 break
             damping *= 10
-        if _square(error) > 0.998 * before:
+        if now.cost > 0.998 * before:
             break
-    return made(p), _square(error)
+    return now.shape, samples.cost(now.columns)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Solution:
+    """A shape with its best amplitudes: `columns` (v, c, n + 2), `coefficients` (n + 2, b), `error` (v c + v n,)."""
+
+    shape: _Shape
+    columns: Array
+    coefficients: Array
+    error: Array
+
+    @property
+    def cost(self) -> float:
+        return float(self.error @ self.error)
+
+
+def _solve(samples: Samples, at_horizon: Array, shape: _Shape) -> _Solution:
+    columns = np.concatenate([shape.columns(samples), at_horizon], axis=-1)
+    coefficients = samples.mean_amplitudes(columns)
+    error = np.concatenate([samples.error(columns, coefficients), _astray(samples, shape).ravel()])
+    return _Solution(shape, columns, coefficients, error)
+
+
+def _astray(samples: Samples, shape: _Shape) -> Array:
+    """How far lobes lie from the mirror direction, in units of their widths, shape (v, n)."""
+    tilt = (samples.wo[:, 2:] ** np.arange(_TILT_COEFFICIENTS)) @ shape.tilt.T
+    return _astray_per_tilt(samples, shape) * (tilt - 1)
+
+
+def _astray_per_tilt(samples: Samples, shape: _Shape) -> Array:
+    cos_o = samples.wo[:, 2:]
+    weight = _ASTRAY * np.sqrt(samples.area)[:, None] * cos_o**2 * np.sqrt(1 - cos_o**2)
+    return weight / np.exp(shape.log_width)
+
+
+def _derivative(samples: Samples, now: _Solution) -> Array:
+    """The derivative of the error by widths and then by the tilts' coefficients, shape (v c + v n, 4 n)."""
+    n = len(now.shape.lean)
+    amplitude, root = samples.basis @ now.coefficients.T, np.sqrt(samples.importance)
+    by_width, by_tilt = [], []
+    # A tilt's coefficients differ by powers of the viewer's cosine.
+    powers = samples.wo[:, 2:, None] ** np.arange(_TILT_COEFFICIENTS)
+    for i in range(n):
+        wider = dataclasses.replace(now.shape, log_width=now.shape.log_width + _DIFFERENCE).column(samples, i)
+        tilted = dataclasses.replace(now.shape, tilt=now.shape.tilt + _DIFFERENCE * _MIRRORED).column(samples, i)
+        weight = amplitude[:, i, None] * root / _DIFFERENCE
+        by_width.append((wider - now.columns[..., i]) * weight)
+        by_tilt.append(((tilted - now.columns[..., i]) * weight)[..., None] * powers)
+    tilts = np.concatenate(by_tilt, axis=-1).reshape(-1, n * _TILT_COEFFICIENTS)
+    jacobian = np.concatenate([np.stack(by_width, axis=-1).reshape(-1, n), tilts], axis=1)
+    free = np.argwhere(now.coefficients > 0)
+    followed = now.columns[..., free[:, 0]] * samples.basis[:, None, free[:, 1]] * root[..., None]
+    q, _ = np.linalg.qr(followed.reshape(len(jacobian), -1))
+    return np.concatenate([jacobian - q @ (q.T @ jacobian), _astray_derivative(samples, now.shape)])
+
+
+def _astray_derivative(samples: Samples, shape: _Shape) -> Array:
+    """The derivative of `_astray`, shape (v n, 4 n)."""
+    v, n = len(samples.wo), len(shape.lean)
+    own = np.eye(n)
+    by_width = -_astray(samples, shape)[:, :, None] * own
+    powers = samples.wo[:, 2:] ** np.arange(_TILT_COEFFICIENTS)
+    by_tilt = _astray_per_tilt(samples, shape)[:, :, None, None] * own[:, :, None] * powers[:, None, None, :]
+    return np.concatenate([by_width, by_tilt.reshape(v, n, -1)], axis=2).reshape(v * n, -1)
 
 
 def _with_colors(samples: Samples, kernels: Sequence[Kernel], tilt: Array, lean: Array) -> RoundFit:
@@ -180,14 +238,24 @@ def _with_colors(samples: Samples, kernels: Sequence[Kernel], tilt: Array, lean:
         ]
         amplitude = np.stack(channels, axis=-1)
         share = np.einsum("vb,nbc->nv", samples.basis, amplitude).max(axis=1)
+        mirrored = _leaning_back(lean[live])
+        share = np.maximum(share, share[mirrored])
         is_live = share > _SHARE_MIN * share.max(initial=0.0)
         if is_live.all() or not is_live.any():
             break
         live = live[is_live]
+    # Seen from across, those that lean to both sides are alike, as the shader takes them to be.
+    across = amplitude.shape[1] // 2
+    amplitude[:, across:] = 0.5 * (amplitude[:, across:] + amplitude[mirrored, across:])
     # A black material has one lobe all the same, of no amplitude.
     is_live = is_live if is_live.any() else np.arange(len(live)) == len(live) - len(_ENDING_AT_HORIZON)
     kept = live[is_live]
     return RoundFit(tuple(kernels[i] for i in kept), tilt[kept], lean[kept], amplitude[is_live], samples.azimuth)
+
+
+def _leaning_back(lean: Array) -> NDArray[np.intp]:
+    """Of each lobe, the one that leans the other way; of one that does not lean, itself."""
+    return np.where(lean == 0, np.arange(len(lean)), np.abs(lean[:, None] + lean).argmin(axis=1))
 
 
 def _column(samples: Samples, kernel: Kernel, tilt: Array, lean: float) -> Array:
@@ -218,7 +286,3 @@ def _tan2_half(samples: Samples, tilt: Array, lean: float) -> Array:
     near = ((samples.wi - d[:, None]) ** 2).sum(axis=-1)
     far = ((samples.wi + d[:, None]) ** 2).sum(axis=-1)
     return near / np.maximum(far, 1e-30)
-
-
-def _square(error: Array) -> float:
-    return float(error @ error)

@@ -9,8 +9,8 @@ shading costs one look-up per lobe. Amplitudes and tilts are polynomials in cos_
 and correct one by one, directional albedo, dominant direction, the highlight that stretches at grazing angles, comes
 out of one fit to the material's own values (`round_fit`), diffuse and specular together, whatever its model.
 
-A brushed material has its lobes side by side: h leans from the normal along the wide slope by `lean`, and amplitudes
-vary with the viewer's azimuth phi from there as a cos^2(phi) + b sin^2(phi).
+A brushed material has its lobes side by side: h leans from the normal along the wide slope by `lean`, to that side of
+it on which the viewer is, and amplitudes vary with the viewer's azimuth phi from there as a cos^2(phi) + b sin^2(phi).
 
 - Karis 2013, "Real Shading in Unreal Engine 4": the split sum, which is one lobe with tilt 1.
 - Lagarde, de Rousiers 2014, "Moving Frostbite to Physically Based Rendering": the dominant direction.
@@ -30,10 +30,11 @@ from .evaluation import evaluate
 from .kept_tables import kept
 from .kernel import Kernel
 from .round_fit import fit_lobes
+from .source import assemble
 from .twin import Twin
 
 # Names the way in which lobes are found: another one must not find the lobes that this one kept.
-_KIND = "lobes-4"
+_KIND = "lobes-7"
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -78,7 +79,9 @@ def round_lobes(twin: Twin) -> RoundLobes:
 
     Raises `UserError` when there is no OpenGL 4.3, by which the material's values are computed.
     """
-    ingredients = (twin.text.encode(), twin.block, bytes([twin.is_anisotropic]), *twin.buffers)
+    # With all that it includes: other shaders make another material.
+    text = assemble("material", {}, {"material": twin.text}).text
+    ingredients = (text.encode(), twin.block, bytes([twin.is_anisotropic]), *twin.buffers)
     found = kept(_KIND, ingredients, lambda: _arrays(twin))
     kernels = tuple(Kernel(float(power), int(step)) for power, step in found["kernels"])
     tilt, lean, amplitude = (np.asarray(found[name], np.float64) for name in ("tilt", "lean", "amplitude"))

@@ -76,11 +76,20 @@ class Samples:
         right = np.einsum("vb,vn->nb", self.basis, target).reshape(size)
         return non_negative(matrix, right).reshape(columns.shape[2], -1)
 
-    def residual(self, columns: Array) -> Array:
-        """The weighted errors of the best amplitudes for the channels' mean, shape (v c,); `columns` as above."""
-        value = self.value.mean(axis=2)
-        amplitude = self.basis @ self.amplitudes(columns, value, self.albedo.mean(axis=1)).T
-        return (((columns @ amplitude[..., None])[..., 0] - value) * np.sqrt(self.importance)).ravel()
+    def mean_amplitudes(self, columns: Array) -> Array:
+        """`amplitudes` for the mean of the channels."""
+        return self.amplitudes(columns, self.value.mean(axis=2), self.albedo.mean(axis=1))
+
+    def error(self, columns: Array, coefficients: Array) -> Array:
+        """The weighted errors of such amplitudes, shape (v c,)."""
+        amplitude = self.basis @ coefficients.T
+        error = (columns @ amplitude[..., None])[..., 0] - self.value.mean(axis=2)
+        return (error * np.sqrt(self.importance)).ravel()
+
+    def cost(self, columns: Array) -> float:
+        """The sum of their squares for the best amplitudes."""
+        error = self.error(columns, self.mean_amplitudes(columns))
+        return float(error @ error)
 
 
 def sample_material(evaluate: Evaluate, is_anisotropic: bool) -> Samples:
@@ -98,7 +107,7 @@ def sample_material(evaluate: Evaluate, is_anisotropic: bool) -> Samples:
     cos_o, turn = np.repeat(cosine, around), np.tile(phi, len(cosine))
     wi, wo, solid_angle = _pairs(cos_o, np.add(turn, azimuth, dtype=np.float64))
     value = evaluate(wi.reshape(-1, 3), np.repeat(wo, wi.shape[1], axis=0)).reshape(wi.shape).astype(np.float64)
-    value = np.nan_to_num(value) * np.maximum(wi[..., 2:], 0)
+    value = np.nan_to_num(value, posinf=0.0) * np.maximum(wi[..., 2:], 0)
     below, around_below = _below()
     wi = np.concatenate([wi, np.broadcast_to(below, (len(wo), *below.shape))], axis=1)
     solid_angle = np.concatenate([solid_angle, np.broadcast_to(around_below, (len(wo), len(below)))], axis=1)

@@ -5,15 +5,16 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 from brdf.errors import UserError
-from brdf.model import AbstractBRDF
 
 from .environment import Environment, load_environment
-from .material_block import twin
 from .mesh import Mesh, sphere
-from .twin import Twin
+from .twin import Twin, twin_of
+
+if TYPE_CHECKING:
+    from brdf.model import AbstractBRDF
 
 _SIZE_MAX = 16384
 _SAMPLES_MAX = 1 << 20
@@ -50,7 +51,7 @@ class Part:
     @functools.cached_property
     def twin(self) -> Twin:
         """The material as shaders see it."""
-        return self.material if isinstance(self.material, Twin) else twin(self.material)
+        return twin_of(self.material)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -65,7 +66,7 @@ class Scene:
     - `width`, `height`: in pixels.
     - `tier`: how light is gathered. `"interactive"` looks it up in blurred environments (`round_lobes`), `"still"`
       adds up a few jittered frames, `"truth"` goes on until they converge.
-    - `error`: `"truth"` only: the RMS error of the picture at which it stops, see `Accumulation.error`. 0.002 unless
+    - `error`: `"truth"` only: the RMS error of the picture at which it stops, see `Accumulation.error`. 0.005 unless
       `samples` is given.
     - `seconds`: `"truth"` only: it stops after this time, converged or not.
     - `samples`: directions of light per pixel, all densities and frames together, rounded up to whole frames. With an
@@ -123,7 +124,7 @@ class Scene:
                     f"reached; this is `{self.tier!r}`. Leave `{name}` out or ask for the truth."
                 )
         if self.error is not None and not _ERROR_MIN <= self.error <= 1:
-            raise UserError(f"`error = {self.error}` is outside [{_ERROR_MIN}, 1]. 0.002 is hardly visible.")
+            raise UserError(f"`error = {self.error}` is outside [{_ERROR_MIN}, 1]. 0.005 is hardly visible.")
         if self.seconds is not None and not 0 < self.seconds < math.inf:
             raise UserError(f"`seconds = {self.seconds}` is no time limit. Pass a number above 0, or `None` for none.")
         if self.samples is not None and not 1 <= self.samples <= _SAMPLES_MAX:

@@ -1,16 +1,15 @@
-"""The surface pass that samples the light: of the tiers that add up frames."""
+"""Shading the points that are seen: what the tiers that add up frames share."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Mapping
+from typing import Any
 
 import moderngl
 
 from .culling import visible_parts
-from .drawing import bind_materials, block_name, mesh_name, prepare_parts, table_name
+from .drawing import bind_materials, block_name, table_name
 from .frame import UNITS, Frame
-from .lighting import LightBuffers
-from .passes import depth
 from .plan import Pass
 from .program import set_uniforms
 from .scene import Scene
@@ -18,50 +17,53 @@ from .tiers import effort
 from .view import world_to_environment
 
 
-def declare_sampled(name: str, scene: Scene, enabled: bool) -> Pass:
-    """A pass that writes `frame` from the visible parts, the light and its table."""
+def declare_shading(name: str, scene: Scene, light: str, key: Hashable, enabled: bool) -> Pass:
+    """A pass that writes `frame` from the points, the visible parts' materials and a resource with the light."""
     parts = visible_parts(scene)
-    reads = {"radiance", "light_table"}
-    for i, part in enumerate(parts):
-        reads |= {mesh_name(part), block_name(i), *(table_name(i, j) for j in range(len(part.twin.buffers)))}
-    if depth.declare(scene).enabled:
-        reads |= {"depth"}
+    reads = {"points", light, *(block_name(i) for i in range(len(parts)))}
+    reads |= {table_name(i, j) for i, part in enumerate(parts) for j in range(len(part.twin.buffers))}
     texts = tuple(part.twin.text for part in parts)
-    key = (scene.camera, scene.width, scene.height, scene.rotation, texts, effort(scene).per_frame)
-    return Pass(name, frozenset(reads), frozenset({"frame"}), key, enabled, every_frame=True)
+    whole_key = (scene.camera, scene.width, scene.height, scene.rotation, texts, effort(scene).points, key)
+    return Pass(name, frozenset(reads), frozenset({"frame"}), whole_key, enabled, every_frame=True)
 
 
-def prepare_sampled(frame: Frame) -> Callable[[int], None]:
-    """The drawing of one frame, called with its number: it decides the offset and the directions of light."""
-    programs = {
-        part.twin.text: frame.programs.graphics(
-            "pass/surface.vert", "pass/surface.frag", {}, {"material": part.twin.text}
-        )
+def prepare_shading(
+    frame: Frame, shader: str, values: Mapping[str, Any], bind_light: Callable[[], None]
+) -> Callable[[int], None]:
+    """The drawing of one frame, called with its number, which decides the directions of light.
+
+    **Arguments:**
+
+    - `frame`: whose points and materials are made.
+    - `shader`: the fragment shader, which includes `glsl/shading_point.glsl`.
+    - `values`: its uniforms, beside those of every such shader.
+    - `bind_light`: called before each frame, binds the light that it reads.
+    """
+    programs = [
+        frame.programs.graphics("pass/full_screen.vert", shader, {}, {"material": part.twin.text})
         for part in frame.visible
-    }
-    light = frame.resource("light_table", LightBuffers)
-    radiance = frame.resource("radiance", moderngl.Texture)
-    values = {
+    ]
+    bind_material = bind_materials(frame)
+    shared = {
+        "points_position": UNITS["points_position"],
+        "points_normal": UNITS["points_normal"],
         "world_to_environment": world_to_environment(frame.scene),
         "camera_position": frame.scene.camera.position,
-        "radiance": UNITS["radiance"],
-        "light_size": light.size,
-        "light_guide_shift": light.guide_shift,
-        "samples": effort(frame.scene).per_frame,
+        "samples": effort(frame.scene).points,
+        **values,
     }
-    draw_parts = prepare_parts(frame, lambda part: programs[part.twin.text], values, bind_materials(frame))
 
     def draw(number: int) -> None:
-        if depth.NAME not in frame.running:
-            frame.picture("frame").clear()
-        frame.ctx.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
-        frame.ctx.depth_func = "<="
-        radiance.use(UNITS["radiance"])
-        for binding, buffer in enumerate(light.buffers):
-            buffer.bind_to_storage_buffer(binding)
+        frame.clear("frame")
+        frame.ctx.enable_only(moderngl.DEPTH_TEST)
+        # The triangle at the far plane lies behind every point, and nowhere else: other pixels are skipped at once.
+        frame.ctx.depth_func = ">"
+        frame.bind_picture("points")
+        bind_light()
         seed, first = frame.sequence(number)
-        for program in programs.values():
-            set_uniforms(program, {"seed": seed, "first": first})
-        draw_parts(number)
+        for index, program in enumerate(programs):
+            set_uniforms(program, shared | {"part": index + 1, "seed": seed, "first": first})
+            bind_material(index)
+            frame.draw_full_screen("frame", program)
 
     return draw

@@ -1,4 +1,4 @@
-"""How much each tier draws: samples in a frame, and how many frames."""
+"""How much each tier draws: points of the sequence in a frame, and how many frames."""
 
 from __future__ import annotations
 
@@ -11,23 +11,24 @@ from .scene import Scene
 class Effort:
     """What a tier draws.
 
-    - `per_frame`: light samples in one jittered frame from the cosine, from the environment, and from each lobe.
+    - `points`: of the sequence in one jittered frame. Each is a direction that the material proposes and, for the
+      truth, one to a light.
     - `samples`: of one pixel in all frames together, unless the scene says otherwise.
     - `sums`: 2 if frames are added up by turns in two sums, from whose difference the error is known; 0 if there is
       one frame and nothing to add up.
     - `error`: at which it stops, unless the scene says otherwise; `None` if it does not ask.
     """
 
-    per_frame: tuple[int, int, int]
+    points: int
     samples: int
     sums: int
     error: float | None
 
 
 EFFORTS = {
-    "interactive": Effort(per_frame=(0, 0, 0), samples=0, sums=0, error=None),
-    "still": Effort(per_frame=(4, 4, 8), samples=64, sums=1, error=None),
-    "truth": Effort(per_frame=(4, 4, 8), samples=1024, sums=2, error=0.002),
+    "interactive": Effort(points=0, samples=0, sums=0, error=None),
+    "still": Effort(points=4, samples=64, sums=1, error=None),
+    "truth": Effort(points=8, samples=512, sums=2, error=0.005),
 }
 # The most of a truth that is asked for an error or a time: hours, for a picture that cannot reach them.
 _SAMPLES_MAX = 1 << 20
@@ -38,10 +39,14 @@ def effort(scene: Scene) -> Effort:
     return EFFORTS[scene.tier]
 
 
-def samples_in_frame(scene: Scene) -> int:
-    """The light samples of one pixel in one jittered frame, for the part with the most specular lobes."""
-    cosine, light, lobe = effort(scene).per_frame
-    return cosine + light + lobe * max(part.twin.proposals for part in scene.parts)
+def is_deferred(scene: Scene) -> bool:
+    """Whether the points that are seen are found before they are shaded, which pays where shading is costly."""
+    return scene.tier != "interactive"
+
+
+def samples_in_frame(scene: Scene, techniques: int) -> int:
+    """The light samples of one pixel in one jittered frame: `techniques` (1 or 2) for each point."""
+    return techniques * effort(scene).points
 
 
 def wanted_error(scene: Scene) -> float | None:
@@ -51,11 +56,11 @@ def wanted_error(scene: Scene) -> float | None:
     return effort(scene).error if scene.error is None else scene.error
 
 
-def frames_at_most(scene: Scene) -> int:
+def frames_at_most(scene: Scene, techniques: int) -> int:
     """How many frames are drawn if no error and no time stops them; as many in each sum."""
     samples = scene.samples
     if samples is None:
         is_open = scene.error is not None or scene.seconds is not None
         samples = _SAMPLES_MAX if is_open else effort(scene).samples
     sums = effort(scene).sums
-    return sums * -(-samples // (sums * samples_in_frame(scene)))
+    return sums * -(-samples // (sums * samples_in_frame(scene, techniques)))

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from brdf.model import AbstractBRDF
 
 
 @dataclasses.dataclass(frozen=True)
@@ -24,5 +28,16 @@ class Twin:
     is_anisotropic: bool = False
 
 
-# The bindings below are those of the light table.
-FIRST_BUFFER = 8
+# Bindings of the uniform block and of the first storage buffer; those below that one are for the light. OpenGL 4.3
+# promises no more than eight.
+BLOCK = 0
+FIRST_BUFFER = 4
+
+
+def twin_of(material: AbstractBRDF | Twin) -> Twin:
+    """The twin of a model, or the twin itself."""
+    if isinstance(material, Twin):
+        return material
+    from .material_block import twin  # loads JAX, which takes most of a second
+
+    return twin(material)

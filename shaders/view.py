@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 from brdf.errors import UserError
 
 from .scene import Camera, Scene
+from .sequence import sequence_point
 
 # Depth range: objects of about unit size, some units away.
 _NEAR, _FAR = 0.01, 1000.0
-# The R2 sequence (Roberts 2018): p^3 = p + 1.
-_R2 = (0.7548776662466927, 0.5698402909980532)
+# Of the sequences of offsets within a pixel, one for each sum: any numbers that have nothing in common.
+_SEEDS = ((123456789, 362436069), (521288629, 88675123))
 
 
 def _axes(camera: Camera) -> NDArray[np.float64]:
@@ -68,10 +69,10 @@ def world_to_environment(scene: Scene) -> tuple[float, ...]:
 def jitter_ndc(scene: Scene, index: int, seed: int) -> tuple[float, float]:
     """The offset of a frame within the pixel, in units where the picture is 2 wide and high.
 
-    R2 points by index; the second of two sequences is the first one moved by half a pixel each way. An only frame is
-    not moved: it has several samples per pixel.
+    The sequences of two sums are independent of each other: else their difference would not tell the error at edges. An
+    only frame is not moved: it has several samples per pixel.
     """
     if scene.tier == "interactive":
         return 0.0, 0.0
-    x, y = ((0.5 * (seed + 1) + (index + 1) * step) % 1 - 0.5 for step in _R2)
-    return 2 * x / scene.width, 2 * y / scene.height
+    x, y = sequence_point(index, _SEEDS[seed])
+    return (2 * x - 1) / scene.width, (2 * y - 1) / scene.height

@@ -1,5 +1,6 @@
 """Shared by all tests: strict JAX settings, run-time checks of shapes and types, and the folder of real data."""
 
+import os
 import pathlib
 
 import hypothesis
@@ -10,8 +11,10 @@ from jaxtyping import install_import_hook
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 jax.config.update("jax_numpy_rank_promotion", "raise")
-# Compiled programs of an earlier run are used again; the first run fills this.
-jax.config.update("jax_compilation_cache_dir", str(pathlib.Path(__file__).parent.parent / ".pytest_cache" / "jax"))
+# What an earlier run has compiled or made is used again; the first run fills this. Never the user's own folder.
+_KEPT = pathlib.Path(__file__).parent.parent / ".pytest_cache"
+jax.config.update("jax_compilation_cache_dir", str(_KEPT / "jax"))
+os.environ["BRDF_CACHE_DIR"] = str(_KEPT / "brdf")
 jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
 
 _hook = install_import_hook(["brdf", "fitter", "shaders"], "type_checker.check")

@@ -99,7 +99,7 @@ def test_evaluate_on_the_gpu_agrees(material, directions, tmp_path):
 @pytest.mark.gpu
 def test_preview_writes_png_and_linear_exr(material, tmp_path):
     for name in ("m.png", "m.exr"):
-        out = run("preview", material, "-o", name, "--size", "48x32", "--samples", "16", cwd=tmp_path)
+        out = run("preview", material, "-o", name, "--size", "48x32", cwd=tmp_path)
         assert "48x32" in out.stdout
     assert (tmp_path / "m.png").read_bytes().startswith(b"\x89PNG")
     assert (tmp_path / "m.exr").read_bytes().startswith(b"\x76\x2f\x31\x01")
@@ -221,7 +221,7 @@ def test_preview_prints_its_counts_and_draws_its_plan(material, tmp_path):
         (["--tier", "still", "--error", "0.01"], "--error 0.01 needs --tier truth"),
         (["--tier", "still", "--seconds", "3"], "--seconds 3 needs --tier truth"),
         (["--stats", "--json"], "--json holds the statistics already"),
-        (["--error", "0"], "`error = 0.0` is outside"),
+        (["--tier", "truth", "--error", "0"], "`error = 0.0` is outside"),
         (["--graph", "m.png"], "does not end in .svg"),
         (["--sky", "off"], "'sharp', 'blurred', 'none'"),
     ],
@@ -235,7 +235,7 @@ def test_preview_refuses_options_that_do_not_go_together(material, tmp_path, arg
 @pytest.mark.gpu
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for one process")
 def test_a_preview_that_is_interrupted_leaves_nothing(material, tmp_path):
-    arguments = ["preview", str(material), "-o", "m.png", "--size", "64", "--error", "0.00001"]
+    arguments = ["preview", str(material), "-o", "m.png", "--size", "64", "--tier", "truth", "--error", "0.00001"]
     command = [sys.executable, "-c", "from fitter.cli.main import main; main()", *arguments]
     process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
     assert process.stderr is not None

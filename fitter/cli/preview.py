@@ -33,12 +33,12 @@ _TIERS = ("interactive", "still", "truth")
 @click.option(
     "--tier",
     type=click.Choice(_TIERS),
-    default="truth",
+    default="interactive",
     show_default=True,
-    help="How light is gathered: truth converges, still is a few samples.",
+    help="How light is gathered: interactive looks it up at once, still is a few samples, truth converges.",
 )
 @click.option(
-    "--error", default=None, type=float, help="truth: stops at this RMS error of the picture, white being 1.  [0.002]"
+    "--error", default=None, type=float, help="truth: stops at this RMS error of the picture, white being 1.  [0.005]"
 )
 @click.option("--seconds", default=None, type=float, help="truth: stops after this time, converged or not.")
 @click.option(
@@ -53,6 +53,7 @@ _TIERS = ("interactive", "still", "truth")
 )
 @click.option("--stats", is_flag=True, help="Prints what was done: passes, draws, uploads, times.")
 @click.option("--graph", default=None, metavar="FILE.svg", help="Draws the passes and what became of each.")
+@click.option("--read", "read_options", multiple=True, metavar="NAME=VALUE", help="Option of the reader: cells=centre")
 @options.as_json
 @options.quiet
 @options.force
@@ -70,6 +71,7 @@ def command(
     sky: Any,
     stats: bool,
     graph: str | None,
+    read_options: tuple[str, ...],
     as_json: bool,
     quiet: bool,
     force: bool,
@@ -114,7 +116,7 @@ def command(
         from ._measured import material_of
 
         scene = shaders.Scene(
-            parts=(shaders.Part(material_of(material)),),
+            parts=(shaders.Part(material_of(material, options.pairs(read_options, "--read"))),),
             environment=shaders.load_environment(environment),
             rotation=math.radians(rotate_deg),
             exposure=exposure,

@@ -32,11 +32,19 @@ _WORST = 100.0
 _size = click.option(
     "--tile", default=160, show_default=True, type=click.IntRange(32, 512), help="Pixels a side of one picture."
 )
-_samples = click.option(
-    "--samples", type=click.IntRange(min=1), help="Directions of light per pixel; more is smoother and slower."
+_tier = click.option(
+    "--tier",
+    type=click.Choice(["interactive", "still", "truth"]),
+    default="interactive",
+    show_default=True,
+    help="How light is gathered, as in `brdf preview`.",
 )
 _environment = click.option(
-    "--environment", "-e", default="studio", show_default=True, help="The light: studio, furnace, or an .hdr/.exr file."
+    "--environment",
+    "-e",
+    default="studio",
+    show_default=True,
+    help="The light: a built-in environment or an .hdr/.exr file.",
 )
 _output = click.option("--output", "-o", required=True, help="The picture (.png).")
 
@@ -55,10 +63,10 @@ def command() -> None:
 @_output
 @_environment
 @_size
-@_samples
+@_tier
 @options.quiet
 @options.force
-def models(output: str, environment: str, tile: int, samples: int | None, quiet: bool, force: bool) -> None:
+def models(output: str, environment: str, tile: int, tier: Any, quiet: bool, force: bool) -> None:
     """Every model that has a roughness, from sharp to rough.
 
     Each column stands for a slope, which each model's own parameter is set to; it is named on the left, its value below
@@ -77,7 +85,7 @@ def models(output: str, environment: str, tile: int, samples: int | None, quiet:
     from ..portrait import shown
 
     options.check_output(output, (".png",), force)
-    render = _renderer(environment, tile, samples)
+    render = _renderer(environment, tile, tier)
     rows = []
     with options.progress(quiet) as say:
         for name, model in MODELS.items():
@@ -91,7 +99,7 @@ def models(output: str, environment: str, tile: int, samples: int | None, quiet:
             for slope in _SLOPES:
                 value = min(max(_from_slope(rough, slope), found[rough].lower), found[rough].upper)
                 _, display = render(dataclasses.replace(base, **{rough: value}))
-                tiles.append(Tile(display, (f"{value:.4g}",)))
+                tiles.append(Tile(display, (f"{value:.3g}" if value < 1000 else f"{value:.0f}",)))
             rows.append(Row((name, rough), tuple(tiles)))
         slopes = ", ".join(f"{slope:g}" for slope in _SLOPES)
         _save(f"Slopes {slopes}, lit by `{environment}`", rows, tile, output, force)
@@ -105,7 +113,7 @@ def models(output: str, environment: str, tile: int, samples: int | None, quiet:
 @click.option("--columns", default=6, show_default=True, type=click.IntRange(min=1), help="Fits side by side.")
 @_environment
 @_size
-@_samples
+@_tier
 @options.quiet
 @options.force
 def fits(
@@ -116,7 +124,7 @@ def fits(
     columns: int,
     environment: str,
     tile: int,
-    samples: int | None,
+    tier: Any,
     quiet: bool,
     force: bool,
 ) -> None:
@@ -135,7 +143,7 @@ def fits(
     from ._sheet_fits import fits as made
 
     options.check_output(output, (".png",), force)
-    render = _renderer(environment, tile, samples)
+    render = _renderer(environment, tile, tier)
     options.cache_compilations()
     rows: list[Row] = []
     with options.progress(quiet) as say, tempfile.TemporaryDirectory() as temporary:
@@ -159,16 +167,15 @@ def _from_slope(name: str, slope: float) -> float:
     return 2 / slope**2 - 2 if name == "exponent" else slope
 
 
-def _renderer(environment: str, size: int, samples: int | None) -> Render:
-    import dataclasses
-
+def _renderer(environment: str, size: int, tier: Any) -> Render:
     import shaders
 
     light = shaders.load_environment(environment)
 
     def render(material: AbstractBRDF | Twin) -> tuple[np.ndarray, np.ndarray]:
-        scene = shaders.Scene((shaders.Part(material),), light, width=size, height=size, sky="none")
-        image = shaders.render(scene if samples is None else dataclasses.replace(scene, samples=samples))
+        image = shaders.render(
+            shaders.Scene((shaders.Part(material),), light, width=size, height=size, sky="none", tier=tier)
+        )
         assert image.display is not None
         coverage = image.display[..., 3:]
         return image.pixels, image.display[..., :3] * coverage + _GROUND * (1 - coverage)

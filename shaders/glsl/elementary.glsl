@@ -74,3 +74,17 @@ float mean_decay(float x) {
     }
     return (1.0 - exp_accurate(-min(x, 87.0), 0.0)) / x;
 }
+
+// Cosine and sine of a number of whole turns, of any size: absolute error 3e-7 (Taylor to the 8th degree on an eighth
+// of a turn leaves 3e-8), where GLSL promises 5e-4 for sin and cos.
+vec2 circle_point(float turns) {
+    float quarters = 4.0 * (turns - round(turns));
+    float nearest = round(quarters);
+    float x = 1.57079633 * (quarters - nearest);
+    float x2 = x * x;
+    float s = x + x * x2 * (-1.0 / 6.0 + x2 * (1.0 / 120.0 + x2 * (-1.0 / 5040.0)));
+    float c = 1.0 + x2 * (-0.5 + x2 * (1.0 / 24.0 + x2 * (-1.0 / 720.0 + x2 * (1.0 / 40320.0))));
+    int quarter = int(nearest) & 3;
+    vec2 turned_once = (quarter & 1) == 0 ? vec2(c, s) : vec2(-s, c);
+    return (quarter & 2) == 0 ? turned_once : -turned_once;
+}

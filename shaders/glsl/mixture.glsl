@@ -1,46 +1,82 @@
-// Directions drawn from all that a material proposes, each part as often as its weight says. The twin of these two
-// functions is brdf/sampling.py: draw and density.
+// Directions drawn from all that a material proposes, each part as often as its weight says. The twin of sample_brdf and
+// pdf_brdf is brdf/sampling.py: draw and density.
 
 #include "material"
 #include "sampling.glsl"
 
-float total_weight(float cos_o) {
-    float total = diffuse_proposal(cos_o);
-    for (int i = 0; i < PROPOSALS; i++) {
-        total += specular_proposal(i, cos_o).weight;
-    }
-    return total;
-}
+const int LOBES = max(PROPOSALS, 1);
 
-// A direction to the light, which may end below the horizon: u.x chooses the part, u.yz the direction.
-vec3 sample_brdf(vec3 wo, vec3 u) {
-    float total = total_weight(wo.z);
-    float chosen = u.x * total - diffuse_proposal(wo.z);
-    if (total <= 0.0 || chosen < 0.0 || PROPOSALS == 0) {
-        return sample_cosine(u.yz);
-    }
-    for (int i = 0; i < PROPOSALS - 1; i++) {
+// What a material proposes to one viewer; the shares of cosine and lobes sum to 1.
+struct Mixture {
+    float cosine;
+    float share[LOBES];
+    SeenLobe lobe[LOBES];
+};
+
+// Where nothing is proposed, the cosine.
+Mixture mixture_seen(vec3 wo) {
+    Mixture m;
+    m.cosine = diffuse_proposal(wo.z);
+    float total = m.cosine;
+    for (int i = 0; i < LOBES; i++) {
         SpecularLobe lobe = specular_proposal(i, wo.z);
-        chosen -= lobe.weight;
-        if (chosen < 0.0) {
-            return sample_lobe(lobe, wo, u.yz);
-        }
+        m.lobe[i] = seen_lobe(lobe, wo);
+        m.share[i] = i < PROPOSALS ? lobe.weight : 0.0;
+        total += m.share[i];
     }
-    return sample_lobe(specular_proposal(PROPOSALS - 1, wo.z), wo, u.yz);
+    m.cosine = total > 0.0 ? m.cosine / total : 1.0;
+    for (int i = 0; i < LOBES; i++) {
+        m.share[i] = total > 0.0 ? m.share[i] / total : 0.0;
+    }
+    return m;
 }
 
-// The density of sample_brdf in 1/sr, for directions above the horizon.
-float pdf_brdf(Geometry g) {
-    float total = total_weight(g.cos_o);
-    if (total <= 0.0) {
-        return g.cos_i / PI;
-    }
-    float pdf = diffuse_proposal(g.cos_o) * (g.cos_i / PI);
+// The part that a number in [0, 1) stands for, -1 for the cosine, else a lobe; the number becomes its place in there, so
+// that evenly spread numbers are evenly spread over each part.
+int chosen_part(Mixture m, inout float u) {
+    int part = -1;
+    float start = 0.0;
+    float width = m.cosine;
     for (int i = 0; i < PROPOSALS; i++) {
-        SpecularLobe lobe = specular_proposal(i, g.cos_o);
-        if (lobe.weight > 0.0) {
-            pdf += lobe.weight * pdf_lobe(lobe, g);
+        // Shares may sum to a little less than 1: a part without a share takes nothing of the rest.
+        bool beyond = u >= start + width && m.share[i] > 0.0;
+        start = beyond ? start + width : start;
+        width = beyond ? m.share[i] : width;
+        part = beyond ? i : part;
+    }
+    u = clamp((u - start) / width, 0.0, 0.99999994);
+    return part;
+}
+
+// A direction to the light from one part, which may end below the horizon.
+vec3 sample_part(Mixture m, int part, vec2 u) {
+    // Either way one number is an azimuth: the second of the cosine, the first of a lobe.
+    vec2 circle = circle_point(part < 0 ? u.y : u.x);
+    SeenLobe lobe = m.lobe[0];
+    for (int i = 1; i < PROPOSALS; i++) {
+        if (part == i) {
+            lobe = m.lobe[i];
         }
     }
-    return pdf / total;
+    return part < 0 ? vec3(sqrt(u.x) * circle, sqrt(1.0 - u.x)) : sample_lobe(lobe, circle, u.y);
+}
+
+// The density of sample_part over all parts in 1/sr, for directions above the horizon.
+float pdf_mixture(Mixture m, Geometry g) {
+    float pdf = m.cosine * (g.cos_i / PI);
+    for (int i = 0; i < PROPOSALS; i++) {
+        pdf += m.share[i] * pdf_lobe(m.lobe[i], g);
+    }
+    return pdf;
+}
+
+// A direction to the light: u.x chooses the part, u.yz the direction.
+vec3 sample_brdf(vec3 wo, vec3 u) {
+    Mixture m = mixture_seen(wo);
+    int part = chosen_part(m, u.x);
+    return sample_part(m, part, u.yz);
+}
+
+float pdf_brdf(Geometry g) {
+    return pdf_mixture(mixture_seen(g.wo), g);
 }

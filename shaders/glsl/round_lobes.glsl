@@ -28,6 +28,8 @@ vec3 lit_by_lobes(mat3 frame, vec3 v, float cos_o) {
     vec3 n = frame[2];
     vec3 wide = lobe_wide.x * frame[0] + lobe_wide.y * frame[1];
     float along = dot(v, wide);
+    // Lobes that lean to the viewer are not those that lean away: the amplitudes are for viewers on the side of `wide`.
+    wide = along < 0.0 ? -wide : wide;
     float sin2 = max(1.0 - cos_o * cos_o, 1e-7);
     float cos2_phi = clamp(along * along / sin2, 0.0, 1.0);
     vec3 total = vec3(0.0);

@@ -21,7 +21,7 @@ layout(std140, binding = 0) uniform Material {
     // Weights of the cosine and of the specular lobe, and the lobe's slope.
     vec3 table_proposal;
 };
-layout(std430, binding = 8) readonly buffer TableValues { float table_values[]; };
+layout(std430, binding = 4) readonly buffer TableValues { float table_values[]; };
 
 // The nodes below and above a place on an axis, and how far it lies from the one to the other.
 struct Bracket {

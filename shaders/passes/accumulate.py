@@ -33,7 +33,7 @@ def prepare(frame: Frame) -> Callable[[int], None]:
     program = frame.programs.graphics("pass/full_screen.vert", "pass/accumulate.frag", {}, {})
     frame.keep("accumulation", Accumulation())
     for name in sum_names(frame):
-        frame.picture(name).clear()
+        frame.clear(name)
 
     def draw(number: int) -> None:
         frame.ctx.enable_only(moderngl.BLEND)

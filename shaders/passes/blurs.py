@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import moderngl
 
-from ..blurs import blur_name, make_blur, needs_sky_cube
+from ..blurs import blur_name, is_sampled, make_blur
 from ..culling import visible_parts
 from ..frame import Frame
 from ..kernel import Kernel
@@ -20,7 +20,7 @@ def declare(scene: Scene) -> Pass:
     enabled = scene.tier == "interactive"
     kernels = _kernels(visible_parts(scene)) if enabled else ()
     writes = {blur_name(scene.environment, kernel) for kernel in kernels} - {"sky_cube"}
-    reads = {"sky_cube"} if needs_sky_cube(kernels) else set()
+    reads = {"dim_cube"} if any(map(is_sampled, kernels)) else set()
     return Pass("blurs", frozenset(reads), frozenset(writes), scene.environment.digest, enabled and bool(writes))
 
 
@@ -28,12 +28,12 @@ def prepare(frame: Frame) -> Callable[[int], None]:
     """The blurs that are not there yet: names tell what they are made of."""
 
     def draw(number: int) -> None:
-        sky_cube = frame.store.get("sky_cube")
-        assert sky_cube is None or isinstance(sky_cube, moderngl.TextureCube)
+        dim = frame.store.get("dim_cube")
+        assert dim is None or isinstance(dim, moderngl.TextureCube)
         for kernel in _kernels(frame.visible):
             name = blur_name(frame.scene.environment, kernel)
             if name not in frame.store:
-                frame.keep(name, make_blur(frame.ctx, frame.programs, frame.scene.environment, kernel, sky_cube))
+                frame.keep(name, make_blur(frame.ctx, frame.programs, frame.scene.environment, kernel, dim))
 
     return draw
 

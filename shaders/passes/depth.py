@@ -11,19 +11,23 @@ from ..drawing import mesh_name, prepare_parts
 from ..frame import Frame
 from ..plan import Pass
 from ..scene import Scene
+from ..tiers import is_deferred
 
 NAME = "depth"
 
 
 def declare(scene: Scene) -> Pass:
-    """Writes `depth`, which is the frame's; enabled for several visible parts: one alone hides little of itself."""
+    """Writes `depth`, which is the frame's, where the meshes are drawn directly.
+
+    Enabled for several visible parts: one alone hides little of itself.
+    """
     parts = visible_parts(scene)
     return Pass(
         NAME,
         reads=frozenset(mesh_name(part) for part in parts),
         writes=frozenset({"depth"}),
         key=(scene.camera, scene.width, scene.height),
-        enabled=len(parts) > 1,
+        enabled=not is_deferred(scene) and len(parts) > 1,
         every_frame=True,
     )
 
@@ -34,7 +38,7 @@ def prepare(frame: Frame) -> Callable[[int], None]:
     draw_parts = prepare_parts(frame, lambda part: program, {}, lambda index: None)
 
     def draw(number: int) -> None:
-        frame.picture("frame").clear()
+        frame.clear("frame")
         frame.ctx.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         frame.ctx.depth_func = "<"
         draw_parts(number)

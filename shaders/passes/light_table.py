@@ -5,21 +5,24 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ..frame import Frame
-from ..lighting import upload_light_table
+from ..lighting import upload_light
 from ..plan import Pass
 from ..scene import Scene
 
 
 def declare(scene: Scene) -> Pass:
-    """Writes `light_table`, a `LightBuffers`, made of what `radiance` is made of."""
-    return Pass("light_table", reads=frozenset({"radiance"}), writes=frozenset({"light_table"}))
+    """Writes `light_table`, a `Light`: the list and its own picture, whose alpha is the density."""
+    return Pass("light_table", reads=frozenset(), writes=frozenset({"light_table"}), key=scene.environment.digest)
 
 
 def prepare(frame: Frame) -> Callable[[int], None]:
-    """The making, on the processor, and the upload."""
+    """The making, on the processor, and the upload.
+
+    Raises `UserError` when the environment is larger than the device's textures.
+    """
 
     def draw(number: int) -> None:
-        made = upload_light_table(frame.ctx, frame.scene.environment)
+        made = upload_light(frame.ctx, frame.scene.environment)
         frame.keep("light_table", made)
         frame.bytes_uploaded += made.bytes_uploaded
 

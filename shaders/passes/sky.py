@@ -10,14 +10,18 @@ from ..frame import UNITS, Frame
 from ..plan import Pass
 from ..program import set_uniforms
 from ..scene import Scene
+from ..tiers import is_deferred
 from ..view import jitter_ndc, view_rays, world_to_environment
 
 
 def declare(scene: Scene) -> Pass:
-    """Writes `frame`, shape (h, w, 4): radiance with coverage 0 where no mesh is; disabled for `scene.sky = "none"`."""
+    """Writes `frame`, shape (h, w, 4): radiance with coverage 0 where no mesh is; disabled for `scene.sky = "none"`.
+
+    Reads the depth of `points`, which is the frame's, if there are points.
+    """
     return Pass(
         "sky",
-        reads=frozenset({_texture(scene)}),
+        reads=frozenset({_texture(scene), *(("points",) if is_deferred(scene) else ())}),
         writes=frozenset({"frame"}),
         key=(scene.camera, scene.width, scene.height, scene.rotation),
         enabled=scene.sky != "none",

@@ -64,7 +64,7 @@ def prepare(frame: Frame) -> Callable[[int], None]:
 
     def draw(number: int) -> None:
         if depth.NAME not in frame.running:
-            frame.picture("frame").clear()
+            frame.clear("frame")
         frame.ctx.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         frame.ctx.depth_func = "<="
         draw_parts(number)

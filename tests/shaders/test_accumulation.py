@@ -34,24 +34,25 @@ def _measured(image: Image, truth: Image) -> float:
 
 def test_the_estimated_error_is_the_measured_one():
     truth = _picture(samples=8192, sky="none")
-    for samples in (32, 128, 512):
+    for samples in (128, 256, 512):
         image = _picture(samples=samples, sky="none")
-        # The estimate is itself noisy, less so the more pixels; the truth's own error is far below.
-        assert image.counts["error"] == pytest.approx(_measured(image, truth), rel=0.25)
+        # The estimate is itself noisy: at the outline, where most of the error is, by the few offsets that all pixels
+        # share. The truth's own error is far below.
+        assert image.counts["error"] == pytest.approx(_measured(image, truth), rel=0.3)
 
 
 def test_a_truth_stops_when_its_error_is_reached_and_not_long_after():
-    image = _picture(error=0.01)
-    assert image.counts["error"] <= 0.01
-    assert image.counts["stopped"] == "the error is at most 0.01"
+    image = _picture(error=0.004)
+    assert image.counts["error"] <= 0.004
+    assert image.counts["stopped"] == "the error is at most 0.004"
     # A factor of 1.25 in samples between two looks; 64 pixels square of noise.
-    assert image.counts["error"] > 0.004
+    assert image.counts["error"] > 0.0016
     assert image.counts["samples"] > 128
 
 
-def test_without_a_limit_the_error_is_two_thousandths_or_the_samples_are_spent():
+def test_without_a_limit_the_error_is_five_thousandths_or_the_samples_are_spent():
     counts = _picture(width=24, height=24).counts
-    assert counts["error"] <= 0.002 or counts["samples"] >= 1024
+    assert counts["error"] <= 0.005 or counts["samples"] >= 512
 
 
 def test_a_truth_stops_at_its_samples_and_at_its_time():

@@ -11,7 +11,7 @@ import pytest
 
 import brdf
 from brdf.model import AbstractBRDF
-from shaders import Environment, Image, Part, Scene, frame, load_environment, render
+from shaders import Environment, Image, Part, Renderer, Scene, frame, load_environment, render
 from shaders.context import check, device
 from shaders.program import set_uniforms
 from shaders.scene import Sky
@@ -34,9 +34,10 @@ def _picture(material: AbstractBRDF, environment: Environment, **scene: Any) -> 
 @pytest.mark.parametrize("sky", ["sharp", "none"])
 def test_a_picture_drawn_in_tiles_is_the_same_to_the_last_bit(monkeypatch: pytest.MonkeyPatch, sky: Sky):
     settings: dict[str, Any] = {"width": 90, "height": 70, "samples": 56, "sky": sky, "tone_map": "neutral"}
-    whole = _picture(brdf.build("lambert+ggx"), _smooth(), **settings)
+    scene = Scene((Part(brdf.build("lambert+ggx")),), _smooth(), **settings)
+    whole = Renderer().render(scene)
     monkeypatch.setattr(frame, "_TILE", 32)
-    tiled = _picture(brdf.build("lambert+ggx"), _smooth(), **settings)
+    tiled = Renderer().render(scene)
     assert tiled.counts["draws"] == 9 * whole.counts["draws"]
     np.testing.assert_array_equal(tiled.pixels, whole.pixels)
     assert tiled.display is not None
@@ -85,7 +86,7 @@ def test_a_uniform_that_the_driver_removed_is_skipped_and_the_others_are_set():
 def test_every_uniform_that_a_pass_sets_is_declared_in_a_shader():
     # A name that is skipped because it is misspelt would not be noticed otherwise.
     glsl = "\n".join(path.read_text(encoding="utf-8") for path in (_SHADERS / "glsl").rglob("*.*"))
-    declared = set(re.findall(r"^uniform \w+ (\w+);", glsl, re.MULTILINE))
+    declared = set(re.findall(r"^uniform \w+ (\w+)(?:\[\w+\])?;", glsl, re.MULTILINE))
     files = [*(_SHADERS / "passes").glob("*.py"), *(_SHADERS / name for name in ("surface.py", "drawing.py"))]
     passes = "\n".join(path.read_text(encoding="utf-8") for path in files)
     # Lower case: those in capitals are macros. An included text is no uniform either.

@@ -15,7 +15,8 @@ import brdf
 from brdf.model import AbstractBRDF
 from brdf.parameter import choices, parameters
 from brdf.registry import combine, lobe_models, split
-from shaders.material_block import BINDING, block_size, glsl, members, pack, proposal_count
+from shaders.material_block import block_size, glsl, members, pack, proposal_count
+from shaders.twin import BLOCK
 
 EXPRESSIONS = [*brdf.MODELS, "lambert+ggx", "oren_nayar+beckmann+ggx", "ggx+ggx+lambert+oren_nayar+ggx"]
 
@@ -65,7 +66,7 @@ def test_glsl_reads_every_member_back(expression: str):
     program = Programs(ctx).compute("text", {}, {"text": text})
     found, block = ctx.buffer(reserve=4 * len(reads)), ctx.buffer(pack(model))
     found.bind_to_storage_buffer(0)
-    block.bind_to_uniform_block(BINDING)
+    block.bind_to_uniform_block(BLOCK)
     program.run(1)
     ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
     check(ctx, "reading a block back")

@@ -79,6 +79,19 @@ def test_no_pixel_is_bad_at_the_bounds_of_a_model(name: str):
         assert list(_faults(corner, environments, f"{name} at {part}")) == []
 
 
+@pytest.mark.parametrize("name", ["lambert", "disney", "ggx", "ashikhmin_shirley"])
+def test_no_pixel_of_the_interactive_tier_is_bad_at_the_bounds_of_a_model(name: str):
+    options = {"anisotropy": "anisotropic"} if name == "ggx" else {}
+    whole = _model(name, 1.0, **options)
+    for part in (0.0, 1.0):
+        model = _through_block(_model(name, part, **options), whole)
+        for environment in (load_environment("night"), _one_texel()):
+            scene = Scene((Part(model),), environment, 2.0, width=24, height=24, tier="interactive", tone_map="none")
+            pixels = render(scene).pixels
+            is_good = np.isfinite(pixels).all() and pixels.min() >= 0
+            assert is_good, f"{part} under {environment.name}: {_counts(pixels)}"
+
+
 @pytest.mark.heavy
 @pytest.mark.parametrize("name", list(brdf.MODELS))
 def test_no_pixel_is_bad_at_any_corner_under_any_choice(name: str):

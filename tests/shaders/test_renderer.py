@@ -49,18 +49,18 @@ def test_an_equal_scene_does_nothing_the_second_time_and_gives_the_same_picture(
     ("change", "passes", "uploads"),
     [
         ({"exposure": 1.0}, ["resolve", "tone_map"], False),
-        ({"alpha": 0.4}, ["materials", "surface_truth", "sky", "accumulate", "resolve", "tone_map"], True),
-        ({"rotation": 1.0}, ["surface_truth", "sky", "accumulate", "resolve", "tone_map"], False),
-        ({"camera": Camera((0, 0, 6))}, ["surface_truth", "sky", "accumulate", "resolve", "tone_map"], False),
-        ({"samples": 64}, ["surface_truth", "sky", "accumulate", "resolve", "tone_map"], False),
+        ({"alpha": 0.4}, ["materials", "points", "surface_truth", "sky", "accumulate", "resolve", "tone_map"], True),
+        ({"rotation": 1.0}, ["points", "surface_truth", "sky", "accumulate", "resolve", "tone_map"], False),
+        ({"camera": Camera((0, 0, 6))}, ["points", "surface_truth", "sky", "accumulate", "resolve", "tone_map"], False),
+        ({"samples": 64}, ["points", "surface_truth", "sky", "accumulate", "resolve", "tone_map"], False),
         (
             {"environment": OTHER_SKY},
-            ["environment", "light_table", "surface_truth", "sky", "accumulate", "resolve", "tone_map"],
+            ["environment", "light_table", "points", "surface_truth", "sky", "accumulate", "resolve", "tone_map"],
             True,
         ),
         ({"tone_map": "none"}, [], False),
-        ({"sky": "none"}, ["surface_truth", "accumulate", "resolve", "tone_map"], False),
-        ({"width": 64, "height": 80}, ["surface_truth", "sky", "accumulate", "resolve", "tone_map"], False),
+        ({"sky": "none"}, ["points", "surface_truth", "accumulate", "resolve", "tone_map"], False),
+        ({"width": 64, "height": 80}, ["points", "surface_truth", "sky", "accumulate", "resolve", "tone_map"], False),
     ],
 )
 def test_a_change_runs_what_depends_on_it_and_the_picture_is_that_of_a_new_renderer(
@@ -138,7 +138,20 @@ def test_an_interrupted_picture_is_not_taken_for_a_whole_one(monkeypatch: pytest
         ({"sky": "none"}, {"sky": "sharp"}, {"sky"}, set()),
         ({"sky": "sharp"}, {"sky": "blurred"}, {"blurred_sky"}, {"blurred_sky"}),
         ({"tone_map": "none"}, {"tone_map": "neutral"}, {"tone_map"}, {"display"}),
-        ({"tier": "still"}, {"tier": "truth"}, {"surface_truth"}, {"sum_odd"}),
+        ({"tier": "still"}, {"tier": "truth"}, {"surface_truth", "light_table"}, {"sum_odd", "light_table"}),
+        (
+            {"tier": "interactive", "samples": None, "sky": "none"},
+            {"tier": "still", "sky": "none"},
+            {"points", "surface_still", "accumulate"},
+            {"points", "sum_even"},
+        ),
+        (
+            {"tier": "interactive", "samples": None, "sky": "none"},
+            {"tier": "truth", "sky": "none"},
+            {"points", "surface_truth", "light_table", "accumulate"},
+            {"points", "light_table", "sum_even", "sum_odd"},
+        ),
+        ({"tier": "truth", "sky": "none"}, {"tier": "still", "sky": "none"}, {"sky_cube", "environment"}, {"sky_cube"}),
     ],
 )
 def test_a_feature_that_is_off_has_no_pass_and_no_resource(
@@ -204,10 +217,12 @@ def test_depth_is_drawn_first_where_parts_may_hide_each_other_and_changes_nothin
     from shaders.passes import depth
 
     parts = tuple(Part(brdf.build("lambert"), _moved(0.3 * i, 0.0, -0.5 * i)) for i in range(3))
-    scene = dataclasses.replace(_scene(), parts=parts)
+    scene = dataclasses.replace(_scene(tier="interactive", samples=None), parts=parts)
     with_depth = Renderer().render(scene)
     assert "depth" in with_depth.counts["passes"]
-    assert Renderer().render(_scene()).counts["dropped"]["depth"] == "disabled"
+    alone = dataclasses.replace(scene, parts=parts[:1])
+    for without_need in (alone, dataclasses.replace(scene, tier="truth", samples=16)):
+        assert Renderer().render(without_need).counts["dropped"]["depth"] == "disabled"
     declare = depth.declare
     monkeypatch.setattr(depth, "declare", lambda scene: dataclasses.replace(declare(scene), enabled=False))
     without = Renderer().render(scene)
@@ -221,8 +236,8 @@ def test_every_upload_is_counted():
     from shaders.light_table import light_table
 
     table = light_table(SKY.pixels)
-    expected = sum(array.nbytes for array in (mesh.positions, mesh.normals, mesh.triangles, SKY.pixels))
-    expected += sum(array.nbytes for array in (table.pdf, table.cells, table.cumulative, table.guide))
+    arrays = (mesh.positions, mesh.normals, mesh.triangles, SKY.pixels, table.density, table.cells)
+    expected = sum(array.nbytes for array in arrays)
     assert image.counts["bytes_uploaded"] == expected + len(part.twin.block)
 
 
