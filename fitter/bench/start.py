@@ -2,69 +2,110 @@
 
 from __future__ import annotations
 
-import contextlib
+import dataclasses
+import json
 import os
 import pathlib
 import statistics
+import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from brdf.material import Material, save_material
 from brdf.registry import MODELS
 
-from .resources import wall
-
 _GOLD, _ALPHA = (1.0, 0.78, 0.34), 0.09
 _WIDTH, _SIZE = 1024, 512
-# Name -> which of the two caches, of our tables and of Mesa's programs, are warm.
-_CASES = {"both caches empty": (False, False), "tables empty": (False, True), "tables warm": (True, True)}
-_IMPORTS = {"import jax": "import jax", "import numpy": "import numpy"}
+_MAIN = "from fitter.cli.main import main; main()"
+# Name -> whether the caches of our tables and of Mesa's programs are warm.
+_CASES = {"both caches empty": (False, False), "tables empty": (False, True), "both warm": (True, True)}
+_IMPORTS = ("import jax", "import numpy")
 
 
-def measure_start(rounds: int, say: Callable[[str], None]) -> dict[str, float]:
-    """Name -> median wall seconds of whole processes, run by turns.
+@dataclasses.dataclass(frozen=True)
+class Start:
+    """A process, medians of all rounds in seconds.
+
+    - `wall`, `cpu`: of the whole process, user and system.
+    - `before`: of the wall's, those outside the renderer: Python, imports, files, writing the picture.
+    - `plan`: those in it and not in a pass: the context, the material's fit by round lobes, compilation.
+    - `blurs`, `drawing`: of the pass that blurs the environment, and of all others.
+    """
+
+    name: str
+    wall: float
+    cpu: float
+    before: float | None = None
+    plan: float | None = None
+    blurs: float | None = None
+    drawing: float | None = None
+
+
+def measure_start(rounds: int, say: Callable[[str], None]) -> list[Start]:
+    """Whole processes, run by turns.
 
     Three are `brdf preview` of a gold-like material, a 1024 x 512 environment and a picture of 512 x 512, the
     interactive tier: with the caches of tables and of Mesa's programs empty, with that of tables empty, and with both
     warm. The others only import.
+
+    Raises `RuntimeError` with a process's last words if it fails.
     """
-    seconds: dict[str, list[float]] = {name: [] for name in (*_CASES, *_IMPORTS)}
+    found: dict[str, list[Start]] = {name: [] for name in (*_CASES, *_IMPORTS)}
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         material, light = folder / "gold.json", folder / "1k.hdr"
         save_material(Material(MODELS["ggx"](f0=_GOLD, alpha=_ALPHA)), material)
         write_hdr(light, _light())
-        command = [
-            sys.executable,
-            "-c",
-            "from fitter.cli.main import main; main()",
-            "preview",
-            str(material),
-            "-e",
-            str(light),
-        ]
-        command += ["--size", str(_SIZE), "--tier", "interactive", "-o", str(folder / "x.png"), "--force", "-q"]
-        _preview(command, folder / "tables", folder / "mesa")  # fills both, and Python's own cache
+        arguments = ["preview", str(material), "-e", str(light), "--size", str(_SIZE), "--tier", "interactive"]
+        command = [_MAIN, *arguments, "-o", str(folder / "x.png"), "--force", "--json"]
+        _run("", command, _caches(folder / "tables", folder / "mesa"))  # fills both, and Python's own cache
         for number in range(rounds):
             for case, (has_tables, has_programs) in _CASES.items():
                 say(f"start: {case}, round {number + 1}")
-                with contextlib.ExitStack() as stack:
-                    caches = [
-                        folder / kind if warm else pathlib.Path(stack.enter_context(tempfile.TemporaryDirectory()))
-                        for kind, warm in (("tables", has_tables), ("mesa", has_programs))
-                    ]
-                    seconds[case].append(_preview(command, *caches))
-            for case, code in _IMPORTS.items():
-                seconds[case].append(wall([sys.executable, "-c", code], dict(os.environ)))
-    return {case: statistics.median(found) for case, found in seconds.items()}
+                with tempfile.TemporaryDirectory() as empty:
+                    tables = folder if has_tables else pathlib.Path(empty)
+                    mesa = folder if has_programs else pathlib.Path(empty)
+                    found[case].append(_run(case, command, _caches(tables / "tables", mesa / "mesa")))
+            for case in _IMPORTS:
+                found[case].append(_run(case, [case], {}))
+    return [_median(runs) for runs in found.values()]
 
 
-def _preview(command: Sequence[str], tables: pathlib.Path, programs: pathlib.Path) -> float:
-    caches = {"BRDF_CACHE_DIR": str(tables), "MESA_SHADER_CACHE_DIR": str(programs)}
-    return wall(command, os.environ | caches)
+def _caches(tables: pathlib.Path, programs: pathlib.Path) -> dict[str, str]:
+    return {"BRDF_CACHE_DIR": str(tables), "MESA_SHADER_CACHE_DIR": str(programs)}
+
+
+def _run(name: str, command: Sequence[str], variables: Mapping[str, str]) -> Start:
+    """Python with a program and its arguments; one that prints JSON has the counts of a picture in it."""
+    began, before = time.perf_counter(), _cpu_of_children()
+    done = subprocess.run([sys.executable, "-c", *command], capture_output=True, text=True, env=os.environ | variables)
+    wall, cpu = time.perf_counter() - began, _cpu_of_children() - before
+    if done.returncode != 0:
+        raise RuntimeError(f"`{name}` ended with {done.returncode}: {done.stderr[-500:]}")
+    if not done.stdout:
+        return Start(name, wall, cpu)
+    counts: dict[str, Any] = json.loads(done.stdout)["counts"]
+    passes = {key: 1e-3 * value for key, value in counts["milliseconds"].items()}
+    blurs, total = passes.pop("blurs", 0.0), sum(passes.values())
+    return Start(name, wall, cpu, wall - counts["seconds"], counts["seconds"] - total - blurs, blurs, total)
+
+
+def _cpu_of_children() -> float:
+    used = os.times()
+    return used.children_user + used.children_system
+
+
+def _median(runs: Sequence[Start]) -> Start:
+    medians = {}
+    for field in dataclasses.fields(Start)[1:]:
+        values = [getattr(run, field.name) for run in runs]
+        medians[field.name] = None if None in values else statistics.median(values)
+    return Start(runs[0].name, **medians)
 
 
 def _light() -> np.ndarray:

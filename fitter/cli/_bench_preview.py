@@ -7,6 +7,9 @@ import click
 from . import options
 
 SECTIONS = ("tier", "truth", "furnace", "tables", "start")
+_MATERIALS = ("metal", "dielectric")
+# Frames are short: more of them are timed.
+_FRAMES_PER_ROUND = 3
 
 
 @click.command(name="preview")
@@ -17,6 +20,7 @@ SECTIONS = ("tier", "truth", "furnace", "tables", "start")
     multiple=True,
     help="Light: built-in or a file; may be given again.  [clear_sky, studio]",
 )
+@click.option("--material", "materials", multiple=True, type=click.Choice(_MATERIALS), help="[both]")
 @click.option("--roughness", multiple=True, type=click.FloatRange(0.02, 1), help="May be given again.  [.1, .3, .6, 1]")
 @click.option("--size", default=128, show_default=True, type=click.IntRange(16), help="Pixels a side, compared.")
 @click.option("--timed-size", default=512, show_default=True, type=click.IntRange(16), help="Pixels a side, timed.")
@@ -32,6 +36,7 @@ SECTIONS = ("tier", "truth", "furnace", "tables", "start")
 @options.force
 def preview(
     environments: tuple[str, ...],
+    materials: tuple[str, ...],
     roughness: tuple[float, ...],
     size: int,
     timed_size: int,
@@ -76,9 +81,11 @@ def preview(
 
     samples = tuple(4**power for power in range(2, 11) if 4**power <= samples_max) if "truth" in sections else ()
     names, steps = environments or ("clear_sky", "studio"), roughness or ROUGHNESS
-    settings = PictureSettings(names, steps, size, timed_size, rounds, samples, error, seconds)
+    settings = PictureSettings(
+        names, materials or _MATERIALS, steps, size, timed_size, _FRAMES_PER_ROUND * rounds, samples, error, seconds
+    )
     with options.progress(quiet) as say:
-        found = measure(settings, sections, say)
+        found = measure(settings, rounds, sections, say)
     if plot:
         from ._bench_preview_plot import plot as draw
 

@@ -35,7 +35,9 @@ class Difference:
 def check_flip() -> None:
     """Raises `UserError` when the package of FLIP is not installed."""
     if importlib.util.find_spec("flip_evaluator") is None:
-        raise UserError("`flip_evaluator`, which measures FLIP, is not installed. Run: pip install flip-evaluator==1.7")
+        raise UserError(
+            "`flip_evaluator`, which measures FLIP, is not installed. Run: pip install 'flip-evaluator>=1.7'"
+        )
 
 
 def difference(reference: NDArray[np.float32], test: NDArray[np.float32]) -> Difference:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from brdf.model import AbstractBRDF
 from brdf.parameter import choices, parameters
@@ -25,16 +26,21 @@ from ..scene import Part, Scene, Tier
 # The bar of the picture: the tables of what one scattering loses are as good.
 _WITHIN = 0.01
 _THETA, _PHI = 512, 256
+_RINGS = 8
 
 
 @dataclasses.dataclass(frozen=True)
 class FurnaceRow:
-    """The largest and the mean deviation from 1, by tier, of a model whose rough parameter has this value."""
+    """How far a model, whose rough parameter has this value, is from 1, by tier.
+
+    - `largest`: of all pixels and channels of the sphere: noise and bias.
+    - `ring`: of the means over rings of as many pixels each around its middle, which have little noise left.
+    """
 
     model: str
     setting: str
     largest: dict[str, float]
-    mean: dict[str, float]
+    ring: dict[str, float]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -45,28 +51,37 @@ class Furnace:
     left_out: dict[str, str]
 
 
-def measure_furnace(size: int, samples: int, roughness: Sequence[float], say: Callable[[str], None]) -> Furnace:
-    """Renders every white model at every roughness in every tier; the truth with so many samples."""
+def measure_furnace(
+    names: Sequence[str], size: int, samples: int, roughness: Sequence[float], say: Callable[[str], None]
+) -> Furnace:
+    """Renders every white model of these at every roughness in every tier; the truth with so many samples."""
     rows, left_out = [], {}
     renderer, light = Renderer(), load_environment("furnace")
-    for name in MODELS:
+    for name in names:
         why = _why_not(name)
         if why:
             left_out[name] = why
             continue
         for setting, model in _whites(name, roughness):
             say(f"furnace: {name} {setting}")
-            largest, mean = {}, {}
+            largest, ring = {}, {}
             for tier in get_args(Tier):
                 scene = Scene((Part(model),), light, width=size, height=size, tier=tier, sky="none", tone_map="none")
                 if tier == "truth":
                     scene = dataclasses.replace(scene, samples=samples)
-                pixels = renderer.render(scene).pixels
-                inside = pixels[..., 3] > 0.5
-                deviation = np.abs(pixels[inside][:, :3] / pixels[inside][:, 3:] - 1)
-                largest[tier], mean[tier] = float(deviation.max()), float(deviation.mean())
-            rows.append(FurnaceRow(name, setting, largest, mean))
+                largest[tier], ring[tier] = _deviations(renderer.render(scene).pixels)
+            rows.append(FurnaceRow(name, setting, largest, ring))
     return Furnace(tuple(rows), left_out)
+
+
+def _deviations(pixels: NDArray[np.float32]) -> tuple[float, float]:
+    """Of a pixel, and of a ring's mean."""
+    inside = pixels[..., 3] > 0.5
+    middle = 0.5 * (len(pixels) - 1)
+    radius = np.hypot(*(np.indices(inside.shape) - middle))[inside]
+    deviation = (pixels[inside][:, :3] / pixels[inside][:, 3:] - 1.0)[np.argsort(radius, kind="stable")]
+    means = [part.mean(axis=0) for part in np.array_split(deviation, _RINGS)]
+    return float(np.abs(deviation).max()), float(np.abs(means).max())
 
 
 def _why_not(name: str) -> str | None:

@@ -17,11 +17,14 @@ from numpy.typing import NDArray
 
 from ..environment import load_environment
 from ..renderer import Renderer
+from ..round_lobes import round_lobes
 from ..scene import Scene
-from .case import MATERIALS, Case
+from .case import Case
 from .difference import Difference, check_flip, difference
 from .textbook import Textbook
 
+# Of sRGB: where a truth is told from the truth no more.
+RMSE_WANTED = 0.004
 # Radians between frames that are timed: a frame like the one before would not be drawn.
 _TURN = 1e-3
 
@@ -44,7 +47,10 @@ class CaseRow:
     - `points`: textbook, interactive, still, then the truth at growing numbers of samples.
     - `surface_ratio`, `frame_ratio`: time of interactive over textbook, of the surface pass and of all passes of a
       frame, at the timed size; None if it was not timed.
+    - `look_ups`: of blurred environments in a pixel of the interactive tier; the textbook has four of textures.
     - `gain`: by how much four times the samples divide the truth's RMSE; None for fewer than two numbers of samples.
+    - `cost`: of as many samples as have the wanted RMSE (`RMSE_WANTED`), in frames of the interactive tier of that
+      size, by the line through the logarithms of time and RMSE; None if it has not.
     """
 
     material: str
@@ -54,7 +60,9 @@ class CaseRow:
     points: tuple[Point, ...]
     surface_ratio: float | None
     frame_ratio: float | None
+    look_ups: int
     gain: float | None
+    cost: float | None
 
     def of(self, method: str) -> list[Point]:
         return [point for point in self.points if point.method == method]
@@ -65,6 +73,7 @@ class PictureSettings:
     """What is measured.
 
     - `environments`: names or files.
+    - `materials`: of `case.MATERIALS`.
     - `roughness`: of GGX.
     - `size`, `timed_size`: pixels a side of the compared pictures, and of those that are timed against the textbook.
     - `frames`: timed ones.
@@ -73,6 +82,7 @@ class PictureSettings:
     """
 
     environments: Sequence[str]
+    materials: Sequence[str]
     roughness: Sequence[float]
     size: int
     timed_size: int
@@ -91,7 +101,7 @@ def measure_pictures(settings: PictureSettings, is_timed: bool, say: Callable[[s
     rows = []
     for light in [load_environment(name) for name in settings.environments]:
         textbook, renderer = Textbook(light), Renderer()
-        for material in MATERIALS:
+        for material in settings.materials:
             for roughness in settings.roughness:
                 say(f"{material}, roughness {roughness:g}, {light.name}")
                 rows.append(_row(Case(material, roughness, light), textbook, renderer, settings, is_timed))
@@ -101,7 +111,7 @@ def measure_pictures(settings: PictureSettings, is_timed: bool, say: Callable[[s
 def _row(case: Case, textbook: Textbook, renderer: Renderer, settings: PictureSettings, is_timed: bool) -> CaseRow:
     truth, error = _truth(case, settings)
     scene = dataclasses.replace(case.scene("interactive", settings.size), sky="none")
-    times = _race(case, scene, textbook, renderer, max(settings.frames, 3))
+    times = _race(case, scene, textbook, renderer, settings.frames)
     drawn = {"textbook": textbook.render(case, scene)[0], "interactive": _display(renderer, scene)[0]}
     points = [
         Point(name, 0, difference(truth, drawn[name]), statistics.median(one["frame"] for one in times[name]))
@@ -121,9 +131,21 @@ def _row(case: Case, textbook: Textbook, renderer: Renderer, settings: PictureSe
         raced = _race(case, case.scene("interactive", settings.timed_size), textbook, renderer, settings.frames)
         pairs = list(zip(raced["interactive"], raced["textbook"], strict=True))
         ratios = {name: statistics.median(ours[name] / theirs[name] for ours, theirs in pairs) for name in ratios}
-    name = case.environment.name
-    row = CaseRow(case.material, case.roughness, name, error, tuple(points), ratios["surface"], ratios["frame"], None)
-    return dataclasses.replace(row, gain=_gain(row.of("truth"), error))
+    look_ups = len(round_lobes(scene.parts[0].twin).kernels)
+    sampled = [point for point in points if point.method == "truth"]
+    gain, frames = _convergence(sampled, error, points[1].milliseconds)
+    return CaseRow(
+        case.material,
+        case.roughness,
+        case.environment.name,
+        error,
+        tuple(points),
+        ratios["surface"],
+        ratios["frame"],
+        look_ups,
+        gain,
+        frames,
+    )
 
 
 def _truth(case: Case, settings: PictureSettings) -> tuple[NDArray[np.float32], float]:
@@ -162,12 +184,16 @@ def _race(
     return found
 
 
-def _gain(points: Sequence[Point], truth_error: float) -> float | None:
-    """From the slope of log RMSE over log samples, without the truth's own error in the squares."""
-    own = [(p.samples, p.difference.rmse**2 - truth_error**2) for p in points]
-    known = [(samples, square) for samples, square in own if square > truth_error**2]
-    if len({samples for samples, _ in known}) < 2:
-        return None
-    samples, squares = np.array(known).T
-    slope = np.polyfit(np.log(samples), 0.5 * np.log(squares), 1)[0]
-    return math.exp(-float(slope) * math.log(4))
+def _convergence(points: Sequence[Point], truth_error: float, frame_ms: float) -> tuple[float | None, float | None]:
+    """`CaseRow.gain` and `cost`, by lines through logarithms, the truth's own error taken off the squares."""
+    own = [(p.samples, p.milliseconds / frame_ms, p.difference.rmse**2 - truth_error**2) for p in points]
+    # Below the truth's own error nothing is known.
+    known = [one for one in own if one[2] > truth_error**2]
+    if len({samples for samples, _, _ in known}) < 2:
+        return None, None
+    samples, cost, squares = np.log(np.array(known)).T
+    gain = math.exp(-0.5 * float(np.polyfit(samples, squares, 1)[0]) * math.log(4))
+    # The times of few samples are those of one frame, which has more than samples to it: only the last two count.
+    slope = (cost[-1] - cost[-2]) / (squares[-1] - squares[-2])
+    wanted = cost[-1] + slope * (2 * math.log(RMSE_WANTED) - squares[-1])
+    return gain, math.exp(float(wanted))

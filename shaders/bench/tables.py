@@ -35,7 +35,6 @@ Array = NDArray[np.float64]
 class TableRow:
     """A blur of an environment: milliseconds and relative RMS error of ours and of the samples'."""
 
-    environment: str
     kernel: str
     texels: int
     ours_ms: float
@@ -44,45 +43,69 @@ class TableRow:
     theirs_error: float
 
 
-def measure_tables(names: Sequence[str], rounds: int, say: Callable[[str], None]) -> list[TableRow]:
-    """Irradiance and the blurs of GGX of roughness 0.5 and more, built by turns; medians of `rounds`."""
-    rows = []
+@dataclasses.dataclass(frozen=True)
+class Tables:
+    """All blurs of an environment.
+
+    - `cube_ms`: of the environment's own cube map, which the samples are read from; in none of the rows.
+    - `ours_ms`, `theirs_ms`, `ratio`: of all blurs together, and the median of ours over theirs.
+    """
+
+    environment: str
+    rows: tuple[TableRow, ...]
+    cube_ms: float
+    ours_ms: float
+    theirs_ms: float
+    ratio: float
+
+
+def measure_tables(names: Sequence[str], rounds: int, say: Callable[[str], None]) -> list[Tables]:
+    """Irradiance and the blurs of GGX of roughness 0.5 and more, built by turns; medians of `rounds`.
+
+    Every round has an environment that was never seen: what ours finds out about it for all blurs counts as the
+    first one's, irradiance.
+    """
     kernels = [COSINE, *dict.fromkeys(nearest_kernel(2.0, r**2) for r in _ROUGHNESS)]
-    for light in [load_environment(name) for name in names]:
-        for kernel in kernels:
-            say(f"tables: {light.name}, {kernel.name}")
-            rows.append(_row(light, kernel, rounds))
-    return rows
+    found = []
+    for name in names:
+        say(f"tables: {name}")
+        found.append(_tables(load_environment(name), kernels, rounds))
+    return found
 
 
-def _row(light: Environment, kernel: Kernel, rounds: int) -> TableRow:
+def _tables(light: Environment, kernels: Sequence[Kernel], rounds: int) -> Tables:
     gpu, kept = device(), programs()
-    sky_cube = make_sky_cube(gpu.ctx, kept, upload_radiance(gpu.ctx, light))
-    makers = {
-        "ours": lambda: make_blur(gpu.ctx, kept, light, kernel, None),
-        "theirs": lambda: _sampled(gpu.ctx, kept, kernel, sky_cube),
-    }
-    times: dict[str, list[float]] = {name: [] for name in makers}
-    cubes: dict[str, moderngl.TextureCube] = {}
+    radiance = upload_radiance(gpu.ctx, light)
+    times: list[NDArray[np.float64]] = []
+    cube_times = []
+    cubes: list[list[moderngl.TextureCube]] = []
     with _without_kept_tables():
         for number in range(rounds + 1):
-            for name, make in makers.items():
-                milliseconds, cubes[name] = _timed(gpu, make)
-                if number:
-                    times[name].append(milliseconds)
+            fresh = dataclasses.replace(light)
+            milliseconds, sky_cube = _timed(gpu, lambda: make_sky_cube(gpu.ctx, kept, radiance))
+            pairs = [
+                [
+                    _timed(gpu, lambda kernel=kernel, one=fresh: make_blur(gpu.ctx, kept, one, kernel, None)),
+                    _timed(gpu, lambda kernel=kernel, one=sky_cube: _sampled(gpu.ctx, kept, kernel, one)),
+                ]
+                for kernel in kernels
+            ]
+            if number:  # the first compiles
+                cube_times.append(milliseconds)
+                times.append(np.array([[one[0] for one in pair] for pair in pairs]))
+            cubes = [[one[1] for one in pair] for pair in pairs]
     directions = np.random.default_rng(_SEED).normal(size=(_DIRECTIONS, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    exact = direct_sum(light, kernel, directions)
-    error = {name: _relative(look_up(gpu.ctx, kept, cube, directions), exact) for name, cube in cubes.items()}
-    return TableRow(
-        light.name,
-        kernel.name,
-        kernel.texels,
-        statistics.median(times["ours"]),
-        statistics.median(times["theirs"]),
-        error["ours"],
-        error["theirs"],
-    )
+    medians = np.median(times, axis=0)
+    rows = []
+    for kernel, pair, (ours, theirs) in zip(kernels, cubes, medians, strict=True):
+        exact = direct_sum(light, kernel, directions)
+        errors = [_relative(look_up(gpu.ctx, kept, cube, directions), exact) for cube in pair]
+        rows.append(TableRow(kernel.name, kernel.texels, float(ours), float(theirs), *errors))
+    sums = np.sum(times, axis=1)
+    ours, theirs = np.median(sums, axis=0)
+    ratio = float(np.median(sums[:, 0] / sums[:, 1]))
+    return Tables(light.name, tuple(rows), statistics.median(cube_times), float(ours), float(theirs), ratio)
 
 
 def _sampled(
