@@ -26,8 +26,8 @@ _FRAMES_PER_ROUND = 3
 @click.option("--timed-size", default=512, show_default=True, type=click.IntRange(16), help="Pixels a side, timed.")
 @click.option("--rounds", default=5, show_default=True, type=click.IntRange(1), help="Their median counts.")
 @click.option("--error", default=0.002, show_default=True, help="At which the truth itself stops.")
-@click.option("--seconds", default=30.0, show_default=True, help="After which it stops, converged or not.")
-@click.option("--samples-max", default=1024, show_default=True, type=click.IntRange(16), help="Of the truth's curve.")
+@click.option("--seconds", default=20.0, show_default=True, help="After which it stops, converged or not.")
+@click.option("--samples-max", default=2048, show_default=True, type=click.IntRange(32), help="Of the truth's curve.")
 @click.option("--only", multiple=True, type=click.Choice(SECTIONS), help="Measure only this; may be given again.")
 @click.option("--plot", help="Where to draw run time against error (.png, .pdf or .svg).")
 @click.option("--markdown", is_flag=True, help="Print the page of the docs.")
@@ -79,7 +79,9 @@ def preview(
     from . import _bench_preview_report as report
     from ._bench_preview_run import measure
 
-    samples = tuple(4**power for power in range(2, 11) if 4**power <= samples_max) if "truth" in sections else ()
+    samples = (
+        tuple(2 * 4**power for power in range(2, 10) if 2 * 4**power <= samples_max) if "truth" in sections else ()
+    )
     names, steps = environments or ("clear_sky", "studio"), roughness or ROUGHNESS
     settings = PictureSettings(
         names, materials or _MATERIALS, steps, size, timed_size, _FRAMES_PER_ROUND * rounds, samples, error, seconds

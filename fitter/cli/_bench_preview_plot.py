@@ -49,11 +49,13 @@ def plot(rows: Sequence[CaseRow], path: str, force: bool) -> None:
 
 
 def _draw(axes: Axes, rows: Sequence[CaseRow]) -> None:
-    from matplotlib.ticker import LogFormatter
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
     axes.set(xscale="log", yscale="log")
-    for set_formatter in (axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
-        set_formatter(LogFormatter(labelOnlyBase=False, minor_thresholds=(2, 0.5)))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.set_minor_locator(NullLocator())
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     for row in rows:
         for method, marker in _MARKERS.items():
             points = [(one.milliseconds, one.difference.flip_inside, one.samples) for one in row.of(method)]

@@ -136,7 +136,7 @@ def _tier(found: PreviewBench) -> Table:
 
 def _truth(found: PreviewBench) -> Table:
     counts = found.settings.samples
-    head = ("", "roughness", "light", "still", *(f"~{count}" for count in counts), "gain of 4 x", "cost", "error")
+    head = ("", "roughness", "light", "still", *(f"{count}" for count in counts), "gain of 4 x", "cost", "error")
     rows: Table = [head]
     for row in found.pictures:
         errors = [f"{point.difference.rmse:.4f}" for point in (*row.of("still"), *row.of("truth"))]

@@ -69,13 +69,13 @@ def measure_furnace(
                 scene = Scene((Part(model),), light, width=size, height=size, tier=tier, sky="none", tone_map="none")
                 if tier == "truth":
                     scene = dataclasses.replace(scene, samples=samples)
-                largest[tier], ring[tier] = _deviations(renderer.render(scene).pixels)
+                largest[tier], ring[tier] = deviations(renderer.render(scene).pixels)
             rows.append(FurnaceRow(name, setting, largest, ring))
     return Furnace(tuple(rows), left_out)
 
 
-def _deviations(pixels: NDArray[np.float32]) -> tuple[float, float]:
-    """Of a pixel, and of a ring's mean."""
+def deviations(pixels: NDArray[np.float32]) -> tuple[float, float]:
+    """`FurnaceRow.largest` and `ring` of a picture, shape (h, h, 4), whose sphere is in its middle."""
     inside = pixels[..., 3] > 0.5
     middle = 0.5 * (len(pixels) - 1)
     radius = np.hypot(*(np.indices(inside.shape) - middle))[inside]

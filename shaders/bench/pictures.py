@@ -133,7 +133,7 @@ def _row(case: Case, textbook: Textbook, renderer: Renderer, settings: PictureSe
         ratios = {name: statistics.median(ours[name] / theirs[name] for ours, theirs in pairs) for name in ratios}
     look_ups = len(round_lobes(scene.parts[0].twin).kernels)
     sampled = [point for point in points if point.method == "truth"]
-    gain, frames = _convergence(sampled, error, points[1].milliseconds)
+    gain, frames = convergence(sampled, error, points[1].milliseconds)
     return CaseRow(
         case.material,
         case.roughness,
@@ -184,7 +184,7 @@ def _race(
     return found
 
 
-def _convergence(points: Sequence[Point], truth_error: float, frame_ms: float) -> tuple[float | None, float | None]:
+def convergence(points: Sequence[Point], truth_error: float, frame_ms: float) -> tuple[float | None, float | None]:
     """`CaseRow.gain` and `cost`, by lines through logarithms, the truth's own error taken off the squares."""
     own = [(p.samples, p.milliseconds / frame_ms, p.difference.rmse**2 - truth_error**2) for p in points]
     # Below the truth's own error nothing is known.

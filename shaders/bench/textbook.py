@@ -97,7 +97,8 @@ class Textbook:
         prefiltered.build_mipmaps(0, _LEVELS - 1)
         prefiltered.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
         for level in range(_LEVELS):
-            points = ggx_points((level / (_LEVELS - 1)) ** 2, _SAMPLES, texels, _RAISED)
+            # The first is a mirror's image: its samples are all at one place.
+            points = ggx_points((level / (_LEVELS - 1)) ** 2, _SAMPLES if level else 1, texels, _RAISED)
             filter_cube(ctx, kept, sky_cube, points, True, prefiltered, level)
         dfg = ctx.texture((_TABLE, _TABLE), 2, dfg_table().tobytes(), dtype="f4")
         dfg.filter = (moderngl.LINEAR, moderngl.LINEAR)
