@@ -20,7 +20,9 @@ from brdf.material import Material, save_material
 from brdf.registry import MODELS
 
 _GOLD, _ALPHA = (1.0, 0.78, 0.34), 0.09
-_WIDTH, _SIZE = 1024, 512
+_WIDTH, _SIZE, _SEED = 1024, 512, 6
+# Of the run lengths of a Radiance picture.
+_RUN_MIN, _RUN_MAX = 4, 127
 _MAIN = "from fitter.cli.main import main; main()"
 # Name -> whether the caches of our tables and of Mesa's programs are warm.
 _CASES = {"both caches empty": (False, False), "tables empty": (False, True), "both warm": (True, True)}
@@ -109,18 +111,45 @@ def _median(runs: Sequence[Start]) -> Start:
 
 
 def _light() -> np.ndarray:
-    """A bright sky above a dim ground, and a sun: linear, shape (512, 1024, 3)."""
+    """A bright sky above a dim ground, grainy as a photograph, and a sun: linear, shape (512, 1024, 3)."""
     v = (np.arange(_WIDTH // 2) + 0.5) / (_WIDTH // 2)
     rows = np.where(v[:, None] < 0.5, 1.5 - v[:, None], 0.2) * np.array([0.6, 0.8, 1.0])
-    pixels = np.repeat(rows[:, None], _WIDTH, axis=1)
+    pixels = rows[:, None] * np.random.default_rng(_SEED).uniform(0.9, 1.1, (len(v), _WIDTH, 1))
     pixels[140:144, 300:304] = 2e4
     return pixels
 
 
 def write_hdr(path: pathlib.Path, pixels: np.ndarray) -> None:
-    """Writes a Radiance picture without run lengths: positive values, shape (h, w, 3)."""
+    """Writes a Radiance picture with run lengths, as cameras' are: positive values, shape (h, w, 3), w from 8 on."""
     mantissa, exponent = np.frexp(pixels.max(axis=-1))
     values = np.floor(pixels * (mantissa * 256 / pixels.max(axis=-1))[..., None])
     rgbe = np.concatenate([values, exponent[..., None] + 128], axis=-1).astype(np.uint8)
-    head = f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {pixels.shape[0]} +X {pixels.shape[1]}\n"
-    path.write_bytes(head.encode() + rgbe.tobytes())
+    height, width = rgbe.shape[:2]
+    content = bytearray(f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n".encode())
+    for line in rgbe:
+        content += bytes([2, 2, width >> 8, width & 255])
+        for channel in line.T:
+            content += _encoded(channel)
+    path.write_bytes(content)
+
+
+def _encoded(channel: np.ndarray) -> bytes:
+    """Runs of equal bytes by their length plus 128, others by their number."""
+    found = bytearray()
+    ends = np.append(np.flatnonzero(np.diff(channel)) + 1, len(channel))
+    literal = bytearray()
+    for start, end in zip(np.append(0, ends[:-1]), ends, strict=True):
+        if end - start < _RUN_MIN:
+            literal += channel[start:end].tobytes()
+            continue
+        found += _literal(literal)
+        literal.clear()
+        for at in range(start, end, _RUN_MAX):
+            found += bytes([128 + min(end - at, _RUN_MAX), channel[start]])
+    return bytes(found + _literal(literal))
+
+
+def _literal(content: bytes | bytearray) -> bytes:
+    return b"".join(
+        bytes([len(part)]) + part for part in (content[at : at + 128] for at in range(0, len(content), 128))
+    )

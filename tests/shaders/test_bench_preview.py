@@ -199,7 +199,9 @@ def test_a_bar_is_met_at_its_limit_and_missed_above():
 
 def test_the_environment_of_the_cold_start_is_read_as_it_was_written(tmp_path):
     # Oracle: the round trip, to 8 bits of mantissa.
-    pixels = np.random.default_rng(3).uniform(0.1, 50, (4, 8, 3))
+    pixels = np.random.default_rng(3).uniform(0.1, 50, (200, 400, 3))
+    pixels[:, 100:300] = 3.0
+    pixels[2] = pixels[2, 0]
     write_hdr(tmp_path / "a.hdr", pixels)
     found = shaders.load_environment(str(tmp_path / "a.hdr")).pixels
     np.testing.assert_allclose(found, pixels, atol=pixels.max(axis=-1).max() / 128)
