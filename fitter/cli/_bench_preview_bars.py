@@ -102,4 +102,5 @@ def _start(found: PreviewBench) -> Iterable[Bar]:
     for one in found.start:
         most = _WARM if one.name == "both warm" else _COLD
         if not one.name.startswith("import"):
-            yield Bar(f"start, {one.name}", f"<= {most:g} s", f"{one.wall:.2f} s", one.wall <= most)
+            text = f"{one.wall:.2f} s ({one.cpu:.2f} s of CPU)"
+            yield Bar(f"start, {one.name}", f"<= {most:g} s", text, one.wall <= most)

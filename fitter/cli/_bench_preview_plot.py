@@ -12,6 +12,8 @@ if TYPE_CHECKING:
 
 _FLIP_WANTED = 0.08
 _COLOURS = {"metal": "#c98a00", "dielectric": "#b03a2e"}
+# Of a number of samples beside its point, in points: the materials' do not cover each other.
+_LABELS = {"metal": (4, 5), "dielectric": (-9, -12)}
 _MARKERS = {"textbook": "s", "interactive": "*", "still": "D", "truth": "o"}
 
 
@@ -53,7 +55,7 @@ def _draw(axes: Axes, rows: Sequence[CaseRow]) -> None:
 
     axes.set(xscale="log", yscale="log")
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.set_major_locator(LogLocator(subs=(1, 3)))
         axis.set_minor_locator(NullLocator())
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     for row in rows:
@@ -64,6 +66,7 @@ def _draw(axes: Axes, rows: Sequence[CaseRow]) -> None:
             x, y, samples = zip(*points, strict=True)
             axes.plot(x, y, marker=marker, markersize=13 if marker == "*" else 6, color=_COLOURS[row.material])
             for at in {0, len(points) - 1} if method == "truth" else ():
-                axes.annotate(f"{samples[at]}", (x[at], y[at]), (4, 4), textcoords="offset points", fontsize=7)
+                where = _LABELS[row.material]
+                axes.annotate(f"{samples[at]}", (x[at], y[at]), where, textcoords="offset points", fontsize=7)
     axes.axhline(_FLIP_WANTED, color="0.5", linestyle=":", linewidth=1.2)
     axes.grid(True, which="major", alpha=0.3)

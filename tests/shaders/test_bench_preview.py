@@ -192,8 +192,8 @@ def test_a_bar_is_met_at_its_limit_and_missed_above():
     assert [(bar.found, bar.is_met) for bar in bars(found)] == [
         ("0.50 x", True),
         ("50 x; 1 of 1 met", True),
-        ("1.50 s", True),
-        ("1.00 s", False),
+        ("1.50 s (1.00 s of CPU)", True),
+        ("1.00 s (1.00 s of CPU)", False),
     ]
 
 
