@@ -96,12 +96,13 @@ def process(path: str, model: str, rounds: int) -> Process:
         with tempfile.TemporaryDirectory() as cache:
             environment = os.environ | {"BRDF_CACHE_DIR": cache}
             for name in ("first", "second"):
-                seconds[name].append(_wall([sys.executable, *command], environment))
-            seconds["jax"].append(_wall([sys.executable, "-c", "import jax"], environment))
+                seconds[name].append(wall([sys.executable, *command], environment))
+            seconds["jax"].append(wall([sys.executable, "-c", "import jax"], environment))
     return Process(**{name: statistics.median(found) for name, found in seconds.items()})
 
 
-def _wall(command: Sequence[str], environment: dict[str, str]) -> float:
+def wall(command: Sequence[str], environment: dict[str, str]) -> float:
+    """Seconds that a process takes; raises `RuntimeError` with its last words if it fails."""
     began = time.perf_counter()
     _checked(command, environment)
     return time.perf_counter() - began

@@ -7,6 +7,7 @@ import os
 import click
 
 from . import options
+from ._bench_preview import preview
 
 _SECTIONS = ("table", "slice", "scaling", "memory", "process", "many")
 
@@ -19,6 +20,9 @@ def command() -> None:
     Example:
       brdf bench fit --quick
     """
+
+
+command.add_command(preview)
 
 
 @command.command(name="models")
