@@ -21,7 +21,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-import struct
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,8 @@ from .twin import Twin
 
 # Names the way in which lobes are found: another one must not find the lobes that this one kept.
 _KIND = "lobes-7"
+# Of the viewer, in the table: neighbours differ by less than eight bits show.
+_COSINES = 1024
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -61,16 +63,22 @@ class RoundLobes:
 
     def defines(self) -> dict[str, str]:
         """What `glsl/round_lobes.glsl` is compiled with."""
-        _, azimuths, coefficients, _ = self.amplitude.shape
-        return {"LOBES": str(len(self.kernels)), "AZIMUTHS": str(azimuths), "COEFFICIENTS": str(coefficients)}
+        return {"LOBES": str(len(self.kernels)), "AZIMUTHS": str(self.amplitude.shape[1]), "COSINES": str(_COSINES)}
 
-    def pack(self) -> bytes:
-        """The uniform block of `glsl/round_lobes.glsl`, std140."""
-        shape = np.concatenate([self.tilt, self.lean[:, None]], axis=1)
-        amplitude = np.zeros((*self.amplitude.shape[:-1], 4))
-        amplitude[..., :3] = self.amplitude
-        wide = struct.pack("=4f", np.cos(self.azimuth), np.sin(self.azimuth), 0.0, 0.0)
-        return shape.astype(np.float32).tobytes() + amplitude.astype(np.float32).tobytes() + wide
+    def uniforms(self) -> dict[str, Any]:
+        """The uniforms of `glsl/round_lobes.glsl` that are not textures."""
+        lean = self.lean.tolist()
+        wide = (math.cos(self.azimuth), math.sin(self.azimuth))
+        return {"lean": lean if len(lean) > 1 else lean[0], "wide_azimuth": wide}
+
+    def table(self) -> NDArray[np.float32]:
+        """The texture `lobe_table` of `glsl/round_lobes.glsl`: shape (n a, cosines, 4)."""
+        lobes, azimuths = self.amplitude.shape[:2]
+        powers = np.vander((np.arange(_COSINES) + 0.5) / _COSINES, max(self.amplitude.shape[2], 3), increasing=True)
+        table = np.empty((lobes, azimuths, _COSINES, 4), np.float32)
+        table[..., :3] = np.maximum(powers[:, : self.amplitude.shape[2]] @ self.amplitude, 0)
+        table[..., 3] = (self.tilt @ powers[:, : self.tilt.shape[1]].T)[:, None]
+        return table.reshape(lobes * azimuths, _COSINES, 4)
 
 
 @functools.lru_cache(64)

@@ -1,32 +1,28 @@
 // A material as a few round lobes, each lit by the environment blurred by its kernel. The host side of this file is
 // shaders/round_lobes.py, which says what the numbers are.
 //
-// Compiled with LOBES, AZIMUTHS (2 for a brushed material, else 1) and COEFFICIENTS, of the amplitudes' polynomials.
+// Compiled with LOBES, AZIMUTHS (2 for a brushed material, else 1) and COSINES, of the table.
 
-layout(std140, binding = 1) uniform RoundLobes {
-    // Three coefficients of the tilt, and the lean.
-    vec4 lobe_shape[LOBES];
-    vec4 lobe_amplitude[LOBES * AZIMUTHS * COEFFICIENTS];
-    // Cosine and sine of the azimuth of the wide direction.
-    vec4 lobe_wide;
-};
+// A row for each lobe and azimuth: at the cosines (i + 1/2) / COSINES of the viewer, the amplitude and the tilt. One
+// fetch costs a third of the polynomials that it was made of, and the steps are too fine to be seen.
+uniform sampler2D lobe_table;
 
 uniform samplerCube blurred[LOBES];
 
-vec3 lobe_polynomial(int first, float cos_o) {
-    vec3 value = lobe_amplitude[first + COEFFICIENTS - 1].rgb;
-    for (int k = COEFFICIENTS - 2; k >= 0; k--) {
-        value = value * cos_o + lobe_amplitude[first + k].rgb;
-    }
-    return max(value, 0.0);
+vec4 lobe_row(int row, float cos_o) {
+    return texelFetch(lobe_table, ivec2(min(int(cos_o * float(COSINES)), COSINES - 1), row), 0);
 }
 
 #if AZIMUTHS == 2
+// The slope by which each lobe leans along the wide direction, and the cosine and sine of that direction's azimuth.
+uniform float lean[LOBES];
+uniform vec2 wide_azimuth;
+
 // The radiance towards the unit vector v from a surface whose frame has the columns tangent, bitangent and normal, all in
 // the environment's axes.
 vec3 lit_by_lobes(mat3 frame, vec3 v, float cos_o) {
     vec3 n = frame[2];
-    vec3 wide = lobe_wide.x * frame[0] + lobe_wide.y * frame[1];
+    vec3 wide = wide_azimuth.x * frame[0] + wide_azimuth.y * frame[1];
     float along = dot(v, wide);
     // Lobes that lean to the viewer are not those that lean away: the amplitudes are for viewers on the side of `wide`.
     wide = along < 0.0 ? -wide : wide;
@@ -34,13 +30,10 @@ vec3 lit_by_lobes(mat3 frame, vec3 v, float cos_o) {
     float cos2_phi = clamp(along * along / sin2, 0.0, 1.0);
     vec3 total = vec3(0.0);
     for (int i = 0; i < LOBES; i++) {
-        vec4 shape = lobe_shape[i];
-        float tilt = shape.x + cos_o * (shape.y + cos_o * shape.z);
-        vec3 h = normalize(n + shape.w * wide);
+        vec4 lobe = mix(lobe_row(2 * i + 1, cos_o), lobe_row(2 * i, cos_o), cos2_phi);
+        vec3 h = normalize(n + lean[i] * wide);
         vec3 mirrored = 2.0 * dot(v, h) * h - v;
-        int first = 2 * i * COEFFICIENTS;
-        vec3 amplitude = mix(lobe_polynomial(first + COEFFICIENTS, cos_o), lobe_polynomial(first, cos_o), cos2_phi);
-        total += amplitude * textureLod(blurred[i], h + tilt * (mirrored - h), 0.0).rgb;
+        total += lobe.rgb * textureLod(blurred[i], h + lobe.a * (mirrored - h), 0.0).rgb;
     }
     return total;
 }
@@ -50,10 +43,8 @@ vec3 lit_by_lobes(vec3 n, vec3 v, float cos_o) {
     vec3 to_mirrored = (2.0 * cos_o - 1.0) * n - v;
     vec3 total = vec3(0.0);
     for (int i = 0; i < LOBES; i++) {
-        vec4 shape = lobe_shape[i];
-        float tilt = shape.x + cos_o * (shape.y + cos_o * shape.z);
-        vec3 amplitude = lobe_polynomial(i * COEFFICIENTS, cos_o);
-        total += amplitude * textureLod(blurred[i], n + tilt * to_mirrored, 0.0).rgb;
+        vec4 lobe = lobe_row(i, cos_o);
+        total += lobe.rgb * textureLod(blurred[i], n + lobe.a * to_mirrored, 0.0).rgb;
     }
     return total;
 }

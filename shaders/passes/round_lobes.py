@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from ..buffers import KeptPixels
 from ..culling import visible_parts
 from ..frame import Frame
 from ..plan import Pass
@@ -12,7 +13,7 @@ from ..scene import Scene
 
 
 def lobes_name(index: int) -> str:
-    """The resource of the uniform block of the visible part of this index."""
+    """The resource of the table of the visible part of this index."""
     return f"lobes[{index}]"
 
 
@@ -21,7 +22,7 @@ def declare(scene: Scene) -> Pass:
     enabled = scene.tier == "interactive"
     parts = visible_parts(scene) if enabled else ()
     names = frozenset(lobes_name(i) for i in range(len(parts)))
-    key = tuple(round_lobes(part.twin).pack() for part in parts)
+    key = tuple(round_lobes(part.twin) for part in parts)
     return Pass("round_lobes", frozenset(), names, key, enabled)
 
 
@@ -30,6 +31,9 @@ def prepare(frame: Frame) -> Callable[[int], None]:
 
     def draw(number: int) -> None:
         for i, part in enumerate(frame.visible):
-            frame.upload(lobes_name(i), round_lobes(part.twin).pack())
+            kept = frame.store.get(lobes_name(i))
+            if not isinstance(kept, KeptPixels):
+                frame.keep(lobes_name(i), kept := KeptPixels(frame.ctx))
+            frame.bytes_uploaded += kept.update(round_lobes(part.twin).table())
 
     return draw

@@ -7,10 +7,10 @@ from collections.abc import Callable
 import moderngl
 
 from ..blurs import blur_name
-from ..buffers import KeptBuffer
+from ..buffers import KeptPixels
 from ..culling import visible_parts
 from ..drawing import mesh_name, prepare_parts
-from ..frame import FIRST_BLUR, Frame
+from ..frame import FIRST_BLUR, UNITS, Frame
 from ..plan import Pass
 from ..program import set_uniforms
 from ..round_lobes import RoundLobes, round_lobes
@@ -18,9 +18,6 @@ from ..scene import Part, Scene
 from ..view import world_to_environment
 from . import depth
 from .round_lobes import lobes_name
-
-# Of the uniform block of glsl/round_lobes.glsl.
-_BINDING = 1
 
 
 def declare(scene: Scene) -> Pass:
@@ -49,12 +46,13 @@ def prepare(frame: Frame) -> Callable[[int], None]:
 
     def bind(index: int) -> None:
         part = frame.visible[index]
-        kernels = round_lobes(part.twin).kernels
-        for unit, kernel in enumerate(kernels, FIRST_BLUR):
+        lobes = round_lobes(part.twin)
+        for unit, kernel in enumerate(lobes.kernels, FIRST_BLUR):
             frame.resource(blur_name(frame.scene.environment, kernel), moderngl.TextureCube).use(unit)
-        units = list(range(FIRST_BLUR, FIRST_BLUR + len(kernels)))
-        set_uniforms(program_of(part), {"blurred": units if len(units) > 1 else units[0]})
-        frame.resource(lobes_name(index), KeptBuffer).buffer.bind_to_uniform_block(_BINDING)
+        units = list(range(FIRST_BLUR, FIRST_BLUR + len(lobes.kernels)))
+        frame.resource(lobes_name(index), KeptPixels).texture.use(UNITS["lobe_table"])
+        textures = {"blurred": units if len(units) > 1 else units[0], "lobe_table": UNITS["lobe_table"]}
+        set_uniforms(program_of(part), textures | lobes.uniforms())
 
     values = {
         "world_to_environment": world_to_environment(frame.scene),

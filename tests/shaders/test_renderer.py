@@ -14,7 +14,7 @@ import pytest
 
 import brdf
 from shaders import Camera, Environment, Mesh, Part, Renderer, Scene, load_environment, render, sphere
-from shaders.buffers import KeptBuffer
+from shaders.buffers import KeptBuffer, KeptPixels
 from shaders.context import device
 from shaders.culling import visible_parts
 
@@ -92,6 +92,19 @@ def test_a_buffer_that_was_updated_holds_the_new_content():
     assert kept.buffer.read() == content.tobytes()
     assert kept.update(content[:8].tobytes()) == 8
     assert kept.buffer.read() == content[:8].tobytes()
+
+
+def test_pixels_that_were_updated_hold_the_new_content():
+    kept, rng = KeptPixels(device().ctx), np.random.default_rng(5)
+    content = rng.random((7, 5, 4), np.float32)
+    assert kept.update(content) == content.nbytes
+    assert kept.update(content.copy()) == 0
+    changed = content.copy()
+    changed[[2, 4]] += 1
+    assert kept.update(changed) == 3 * changed[0].nbytes
+    assert kept.texture.read() == changed.tobytes()
+    assert kept.update(content[:3]) == content[:3].nbytes
+    assert kept.texture.read() == content[:3].tobytes()
 
 
 def test_a_mesh_of_the_same_content_is_uploaded_once():

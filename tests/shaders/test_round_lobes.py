@@ -102,16 +102,24 @@ def test_powers_are_the_polynomials_of_bernstein():
 
 
 def test_amplitudes_are_never_negative():
-    # Coefficients of Bernstein's polynomials are not; powers in float32 lose digits, which the shader clamps.
+    # Coefficients of Bernstein's polynomials are not; their powers lose digits, and the table has none below 0.
     x = np.linspace(0, 1, 101)
     for material in (twin(BRUSHED), twin(brdf.MODELS["gltf"]())):
         at = polynomial.polyval(x, np.moveaxis(round_lobes(material).amplitude, 2, 0))
         assert at.min() > -1e-6
+        assert round_lobes(material).table()[..., :3].min() >= 0
+
+
+def test_the_table_steps_by_less_than_eight_bits_show():
+    # Oracle: 1/255 of the brightest, between neighbouring cosines of the viewer.
+    for material in (twin(BRUSHED), twin(brdf.MODELS["ggx"](f0=0.04, alpha=0.3)), twin(brdf.MODELS["gltf"]())):
+        amplitude = round_lobes(material).table()[..., :3]
+        assert np.abs(np.diff(amplitude, axis=1)).max() < amplitude.sum(axis=0).max() / 255
 
 
 @pytest.mark.parametrize("model", [brdf.build("lambert+ggx"), BRUSHED], ids=["isotropic", "brushed"])
 def test_in_a_furnace_a_pixel_is_the_sum_of_the_amplitudes(model: brdf.AbstractBRDF):
-    # Oracle of the block's layout: the sum in Python, at the pixels' own viewers.
+    # Oracle of the table's layout: the sum in Python, at the pixels' own viewers.
     size = 49
     found = _picture(model, load_environment("furnace"), width=size, height=size)
     lobes, half = round_lobes(twin(model)), math.tan(math.radians(15))
