@@ -107,8 +107,9 @@ def _turns(lobe: AbstractBRDF) -> bool:
 def proposal_count(model: AbstractBRDF) -> int:
     """The number of specular lobes that the model proposes to sample, all lobes of a sum together."""
     model = specialized(model)
-    # Its values do not matter, nothing is compiled for them; its precision is that of the material's own numbers.
-    cos_o = jnp.ones((), jnp.result_type(*(leaf for leaf in jax.tree.leaves(model) if eqx.is_inexact_array(leaf))))
+    # Its value does not matter, nothing is computed; its precision is that of the material's own numbers.
+    numbers = (leaf for leaf in jax.tree.leaves(model) if eqx.is_inexact_array(leaf))
+    cos_o = jax.ShapeDtypeStruct((), jnp.result_type(*numbers))
     return len(eqx.filter_eval_shape(model.proposals, cos_o).specular)
 
 

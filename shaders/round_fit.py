@@ -94,13 +94,10 @@ def fit_lobes(evaluate: Evaluate, is_anisotropic: bool) -> RoundFit:
 def _stacked(samples: Samples, at_horizon: Array, cost: float) -> _Shape:
     """Lobes in the plane of incidence, one after the other: the best of all widths and powers, then all searched."""
     shape = _NOTHING
-    mirrored = _tan2_half(samples, _MIRRORED, 0.0)
-    candidates = [(power, width) for power in POWERS for width in _WIDTHS]
-    columns = [_in_cells(samples, round_values(mirrored, power, width)) for power, width in candidates]
+    candidates = _Candidates(samples)
     for count in range(len(_STEPS)):
         known = np.concatenate([shape.columns(samples), at_horizon], axis=-1) if count else at_horizon
-        costs = [samples.cost(np.concatenate([one[..., None], known], axis=-1)) for one in columns]
-        power, width = candidates[int(np.argmin(costs))]
+        power, width = candidates.best(known)
         grown = _Shape(
             np.append(shape.power, power),
             np.append(shape.log_width, math.log(width)),
@@ -114,6 +111,32 @@ def _stacked(samples: Samples, at_horizon: Array, cost: float) -> _Shape:
         if cost < _GOOD**2:
             break
     return shape
+
+
+class _Candidates:
+    """Lobes of all powers and widths at the mirror direction."""
+
+    def __init__(self, samples: Samples):
+        self._samples = samples
+        self._mirrored = _tan2_half(samples, _MIRRORED, 0.0)
+        self._columns: dict[tuple[int, int], Array] = {}
+
+    def best(self, known: Array) -> tuple[float, float]:
+        """The power and width that lower the cost most beside known columns: of each second one, and then of those
+        around the best of them."""
+        powers, widths = range(len(POWERS)), range(len(_WIDTHS))
+        costs = {(i, j): self._cost(i, j, known) for i in powers[::2] for j in widths[::2]}
+        _, middle = min(costs, key=costs.__getitem__)
+        near = widths[max(middle - 1, 0) : middle + 2]
+        costs |= {(i, j): self._cost(i, j, known) for i in powers for j in near if (i, j) not in costs}
+        i, j = min(costs, key=costs.__getitem__)
+        return POWERS[i], float(_WIDTHS[j])
+
+    def _cost(self, i: int, j: int, known: Array) -> float:
+        if (i, j) not in self._columns:
+            values = round_values(self._mirrored, POWERS[i], float(_WIDTHS[j]))
+            self._columns[i, j] = _in_cells(self._samples, values)
+        return self._samples.cost(np.concatenate([self._columns[i, j][..., None], known], axis=-1))
 
 
 def _brushed(samples: Samples, at_horizon: Array, cost: float) -> _Shape:
@@ -288,7 +311,5 @@ def _tan2_half(samples: Samples, tilt: Array, lean: float) -> Array:
     mirrored = 2 * (samples.wo @ h)[:, None] * h - samples.wo
     d = h + t[:, None] * (mirrored - h)
     d /= np.linalg.norm(d, axis=1, keepdims=True)
-    # From the chord, which keeps its digits where the cosine is nearly 1.
-    near = ((samples.wi - d[:, None]) ** 2).sum(axis=-1)
-    far = ((samples.wi + d[:, None]) ** 2).sum(axis=-1)
-    return near / np.maximum(far, 1e-30)
+    cosine = (samples.wi @ d[..., None])[..., 0]
+    return np.maximum(1 - cosine, 0) / np.maximum(1 + cosine, 1e-15)
