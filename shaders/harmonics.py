@@ -4,6 +4,9 @@ A picture is a sum over degrees l and orders m; blurring it with a kernel that d
 degree l by one number (Funk-Hecke). A smooth result needs few degrees, whatever the picture held: no sample is drawn,
 and a sun of one texel is spread without noise.
 
+A picture's lower half is taken together with its upper one: functions are even or odd there (l - m even or odd), so
+tables of them have half the rows. They are kept, in float32, for the next picture of that size.
+
 - Ramamoorthi, Hanrahan 2001, "An Efficient Representation for Irradiance Environment Maps".
 - Holmes, Featherstone 2002, "A unified approach to the Clenshaw summation and the recursive computation of very high
   degree and order normalised associated Legendre functions": the recurrence over l.
@@ -13,13 +16,18 @@ Pictures are latitude-longitude ones as `shaders.environment` orients them. Only
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import functools
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
 # Orders that are worked on together: their functions stay in the processor's cache.
 _ORDERS_AT_ONCE = 24
+# Of no weight, and multiplied much slower if it is denormal in float32.
+_TINY = 1e-30
+# A picture's rows may be summed to this many per degree, or in all: a function changes little within such a row.
+_ROWS_PER_DEGREE, _ROWS_MIN = 6, 128
 # Nodes of the midpoint rule for a kernel, theta = u^4 pi: a width of 1e-3 still spans an eighth of them.
 _KERNEL_NODES = 4096
 _CROWDING = 4
@@ -28,43 +36,45 @@ _CROWDING = 4
 def analyse(pixels: NDArray[np.float32], degree: int) -> NDArray[np.complex128]:
     """The coefficients of a picture up to a degree.
 
-    Every texel counts with its exact solid angle, as a point: the picture's energy is kept.
+    Every texel counts with its exact solid angle, as a point: the picture's energy is kept. Of a picture that has many
+    more rows than degrees, some are summed first.
 
     **Arguments:** `pixels`: shape (h, w, 3); `degree`: at most h.
 
     **Returns:** shape (degree + 1, degree + 1, 3), [m, l], zero for l < m.
     """
-    height, width = pixels.shape[:2]
-    edges = np.cos(np.pi * np.arange(height + 1) / height)
-    solid_angle = (edges[:-1] - edges[1:]) * (2 * np.pi / width)
+    width = pixels.shape[1]
+    rows = _energies(pixels, degree)
+    height, half = len(rows), (len(rows) + 1) // 2
     orders = min(degree, width // 2) + 1
     # A few orders are quicker by a product of matrices than by an FFT of all.
-    azimuth = 2 * np.pi * (np.arange(width) + 0.5) / width
-    waves = np.exp(-1j * np.outer(azimuth, np.arange(orders)))
-    rows = (pixels * solid_angle[:, None, None].astype(np.float32)).transpose(0, 2, 1).reshape(3 * height, width)
-    columns = np.concatenate([rows @ part.astype(np.float32) for part in (waves.real, waves.imag)], axis=1)
-    columns = columns.reshape(height, 3, 2, orders).transpose(3, 0, 2, 1).reshape(orders, height, 6).astype(np.float64)
+    columns = rows.transpose(0, 2, 1).reshape(3 * height, width) @ _waves(width, orders)
+    columns = columns.reshape(height, 3, 2, orders).transpose(3, 0, 2, 1)
+    north, south = columns[:, :half], columns[:, ::-1][:, :half]
+    both = np.stack([north + south, north - south], axis=2)
+    if height % 2:
+        both[:, -1] *= 0.5  # the row in the middle is its own twin
+    sums = _legendre(height, degree)[:orders] @ both.reshape(orders, half, 12)
+    is_odd = _is_odd(degree)[:orders, :, None, None]
+    parts = np.where(is_odd, *sums.reshape(orders, degree + 1, 2, 2, 3).transpose(2, 0, 1, 3, 4)[::-1])
     found = np.zeros((degree + 1, degree + 1, 3), np.complex128)
-    for start, functions in _legendre(_cosines(height), degree):
-        for m, one in enumerate(functions, start):
-            if m < orders:
-                parts = one[m:] @ columns[m]
-                found[m, m:] = parts[:, :3] + 1j * parts[:, 3:]
+    found[:orders] = parts[:, :, 0] + 1j * parts[:, :, 1]
     return found
 
 
 def synthesise(coefficients: NDArray[np.complex128], height: int) -> NDArray[np.float32]:
     """The picture of the coefficients, shape (height, 2 height, 3); `height` is to be at least their degree."""
-    degree = len(coefficients) - 1
-    width = 2 * height
-    columns = np.zeros((height, width // 2 + 1, 3), np.complex128)
-    for start, functions in _legendre(_cosines(height), degree):
-        for m, one in enumerate(functions, start):
-            part = coefficients[m, m:]
-            columns[:, m] = one[m:].T @ part.real + 1j * (one[m:].T @ part.imag)
-    columns *= np.exp(1j * np.pi / width * np.arange(width // 2 + 1))[:, None]
-    # Each order stands for its negative twin too, which the inverse FFT adds.
-    return np.fft.irfft(columns, width, axis=1).astype(np.float32) * width
+    orders, half = len(coefficients), (height + 1) // 2
+    # Each order stands for its negative twin too.
+    twins = np.where(np.arange(orders) > 0, 2, 1)[:, None, None] * coefficients
+    parts = np.concatenate([twins.real, twins.imag], axis=2).astype(np.float32)
+    is_odd = _is_odd(orders - 1)[..., None]
+    both = np.concatenate([np.where(is_odd, 0, parts), np.where(is_odd, parts, 0)], axis=2)
+    sums = _legendre(height, orders - 1).transpose(0, 2, 1) @ both
+    even, odd = sums[..., :6], sums[..., 6:]
+    columns = np.concatenate([even + odd, (even - odd)[:, : height // 2][:, ::-1]], axis=1)
+    columns = columns.reshape(orders, height, 2, 3).transpose(2, 0, 1, 3).reshape(2 * orders, 3 * height)
+    return (_waves(2 * height, orders) @ columns).reshape(2 * height, height, 3).swapaxes(0, 1)
 
 
 def kernel_coefficients(
@@ -88,27 +98,58 @@ def kernel_coefficients(
     return found / found[0]
 
 
-def _cosines(height: int) -> NDArray[np.float64]:
-    return np.cos(np.pi * (np.arange(height) + 0.5) / height)
+def _energies(pixels: NDArray[np.float32], degree: int) -> NDArray[np.float32]:
+    """Radiance times solid angle of a texel or of some, one below another, as many in each row: shape (rows, w, 3)."""
+    height, width = pixels.shape[:2]
+    edges = np.cos(np.pi * np.arange(height + 1) / height)
+    solid_angle = ((edges[:-1] - edges[1:]) * (2 * np.pi / width)).astype(np.float32)
+    rows = max(_ROWS_PER_DEGREE * degree, _ROWS_MIN)
+    block = max((one for one in range(1, height // rows + 1) if height % one == 0), default=1)
+    found = np.zeros((height // block, width, 3), np.float32)
+    for start in range(block):
+        found += pixels[start::block] * solid_angle[start::block, None, None]
+    return found
 
 
-def _legendre(cosine: NDArray[np.float64], degree: int) -> Iterator[tuple[int, NDArray[np.float64]]]:
-    """The normalised associated Legendre functions at some cosines, for blocks of orders: the first order of a block,
-    and the functions, shape (orders, degree + 1, n), zero for l < m. Their squares integrate to 1 / (2 pi)."""
+@functools.lru_cache(8)
+def _waves(width: int, orders: int) -> NDArray[np.float32]:
+    """The cosine, then minus the sine, of each order at the middles of columns: shape (w, 2 orders)."""
+    phase = np.outer(2 * np.pi / width * (np.arange(width) + 0.5), np.arange(orders))
+    return np.concatenate([np.cos(phase), -np.sin(phase)], axis=1).astype(np.float32)
+
+
+def _is_odd(degree: int) -> NDArray[np.bool_]:
+    """Whether the function changes its sign between the halves of a picture, [m, l]."""
+    return np.add.outer(np.arange(degree + 1), np.arange(degree + 1)) % 2 == 1
+
+
+@functools.lru_cache(4)
+def _legendre(height: int, degree: int) -> NDArray[np.float32]:
+    """The normalised associated Legendre functions at the middles of a picture's upper rows.
+
+    **Returns:** shape (degree + 1, degree + 1, (height + 1) // 2), [m, l], zero for l < m. Their squares integrate to
+    1 / (2 pi).
+    """
+    cosine = np.cos(np.pi * (np.arange((height + 1) // 2) + 0.5) / height)
     sine = np.sqrt((1 - cosine) * (1 + cosine))
+    found = np.zeros((degree + 1, degree + 1, len(cosine)), np.float32)
+    # By l, with a 0 that stands for the degree before the first.
+    square = np.concatenate([[0.0], np.arange(degree + 1.0) ** 2])
     sectoral = np.full_like(cosine, np.sqrt(0.25 / np.pi))
     for start in range(0, degree + 1, _ORDERS_AT_ONCE):
         m = np.arange(start, min(start + _ORDERS_AT_ONCE, degree + 1))[:, None]
-        found = np.zeros((len(m), degree + 1, len(cosine)))
-        for row, order in enumerate(m[:, 0]):
-            if order:
-                sectoral = np.sqrt((2 * order + 1) / (2 * order)) * sine * sectoral
-            found[row, order] = sectoral
-        for n in range(start + 1, degree + 1):
+        before, now = np.zeros((2, len(m), len(cosine)))
+        for n in range(start, degree + 1):
             # Orders below the degree n; the others of the block have not begun.
             live = slice(0, min(n - start, len(m)))
-            square = m[live].astype(np.float64) ** 2
-            scale = np.sqrt((4.0 * n * n - 1) / (n * n - square))
-            back = np.sqrt(((n - 1.0) ** 2 - square) / (4.0 * (n - 1) ** 2 - 1))
-            found[live, n] = scale * (cosine * found[live, n - 1] - (back * found[live, n - 2] if n > 1 else 0))
-        yield start, found
+            if n > start:
+                scale = np.sqrt((4.0 * n * n - 1) / (n * n - square[m[live] + 1]))
+                back = np.sqrt((square[n] - square[m[live] + 1]) / (4.0 * square[n] - 1))
+                after = scale * (cosine * now[live] - back * before[live])
+                before[live], now[live] = now[live], after
+            if n - start < len(m):
+                if n:
+                    sectoral = np.sqrt((2 * n + 1) / (2 * n)) * sine * sectoral
+                now[n - start] = sectoral
+            found[start : start + len(m), n] = np.where(np.abs(now) > _TINY, now, 0)
+    return found
