@@ -54,12 +54,23 @@ def analyse(pixels: NDArray[np.float32], degree: int) -> NDArray[np.complex128]:
     both = np.stack([north + south, north - south], axis=2)
     if height % 2:
         both[:, -1] *= 0.5  # the row in the middle is its own twin
-    sums = _legendre(height, degree)[:orders] @ both.reshape(orders, half, 12)
+    sums = _row_functions(height, degree)[:orders] @ both.reshape(orders, half, 12)
     is_odd = _is_odd(degree)[:orders, :, None, None]
     parts = np.where(is_odd, *sums.reshape(orders, degree + 1, 2, 2, 3).transpose(2, 0, 1, 3, 4)[::-1])
     found = np.zeros((degree + 1, degree + 1, 3), np.complex128)
     found[:orders] = parts[:, :, 0] + 1j * parts[:, :, 1]
     return found
+
+
+def analyse_points(
+    polar: NDArray[np.float64], azimuth: NDArray[np.float64], energies: NDArray[np.float32], degree: int
+) -> NDArray[np.complex128]:
+    """The coefficients, as `analyse` has them, of lights without size.
+
+    **Arguments:** `polar`: from the zenith, shape (n,); `azimuth`: from a picture's left edge; `energies`: shape (n, 3).
+    """
+    waves = np.exp(-1j * np.outer(np.arange(degree + 1), azimuth))
+    return _legendre(np.cos(polar), degree) @ (waves[..., None] * energies)
 
 
 def synthesise(coefficients: NDArray[np.complex128], height: int) -> NDArray[np.float32]:
@@ -70,7 +81,7 @@ def synthesise(coefficients: NDArray[np.complex128], height: int) -> NDArray[np.
     parts = np.concatenate([twins.real, twins.imag], axis=2).astype(np.float32)
     is_odd = _is_odd(orders - 1)[..., None]
     both = np.concatenate([np.where(is_odd, 0, parts), np.where(is_odd, parts, 0)], axis=2)
-    sums = _legendre(height, orders - 1).transpose(0, 2, 1) @ both
+    sums = _row_functions(height, orders - 1).transpose(0, 2, 1) @ both
     even, odd = sums[..., :6], sums[..., 6:]
     columns = np.concatenate([even + odd, (even - odd)[:, : height // 2][:, ::-1]], axis=1)
     columns = columns.reshape(orders, height, 2, 3).transpose(2, 0, 1, 3).reshape(2 * orders, 3 * height)
@@ -124,13 +135,16 @@ def _is_odd(degree: int) -> NDArray[np.bool_]:
 
 
 @functools.lru_cache(4)
-def _legendre(height: int, degree: int) -> NDArray[np.float32]:
-    """The normalised associated Legendre functions at the middles of a picture's upper rows.
+def _row_functions(height: int, degree: int) -> NDArray[np.float32]:
+    """Those of `_legendre` at the middles of a picture's upper rows, of which there are (height + 1) // 2."""
+    return _legendre(np.cos(np.pi * (np.arange((height + 1) // 2) + 0.5) / height), degree)
 
-    **Returns:** shape (degree + 1, degree + 1, (height + 1) // 2), [m, l], zero for l < m. Their squares integrate to
-    1 / (2 pi).
+
+def _legendre(cosine: NDArray[np.float64], degree: int) -> NDArray[np.float32]:
+    """The normalised associated Legendre functions at some cosines.
+
+    **Returns:** shape (degree + 1, degree + 1, n), [m, l], zero for l < m. Their squares integrate to 1 / (2 pi).
     """
-    cosine = np.cos(np.pi * (np.arange((height + 1) // 2) + 0.5) / height)
     sine = np.sqrt((1 - cosine) * (1 + cosine))
     found = np.zeros((degree + 1, degree + 1, len(cosine)), np.float32)
     # By l, with a 0 that stands for the degree before the first.

@@ -28,8 +28,13 @@ STEPS_PER_OCTAVE = 4
 WIDTH_MIN = 0.004
 # Narrower kernels are sampled, wider ones convolved, which costs the square of 1 / width.
 WIDTH_SAMPLED = 0.03
+# Of spherical harmonics, for the widest too, which need less but share what is found out about an environment.
+DEGREE_MIN = 40
 _NODES = 512
 _CROWDING = 4
+
+
+Reals = NDArray[np.float64] | NDArray[np.float32]
 
 
 @dataclasses.dataclass(frozen=True, order=True)
@@ -58,17 +63,27 @@ class Kernel:
     def degree(self) -> int:
         """The degree in spherical harmonics above which 1e-2 of the kernel's height, or less, is left."""
         if self.power == 0:
-            return 40
-        return max(math.ceil((3.2 if math.isinf(self.power) else 4.6) / self.width), 24)
+            return DEGREE_MIN
+        return max(math.ceil((3.2 if math.isinf(self.power) else 4.6) / self.width), DEGREE_MIN)
+
+    @property
+    def is_smooth(self) -> bool:
+        """Whether 1e-4 of the kernel's height, or less, is left above its degree."""
+        return self.power > 0 and self.width >= 10 / DEGREE_MIN
 
     @property
     def texels(self) -> int:
-        """Texels along an edge of the cube that holds an environment blurred by it: three to its half width."""
+        """Texels along an edge of the cube that holds an environment blurred by it.
+
+        Three to its half width or more. Between them values are interpolated linearly, and that is what is left of a
+        wide blur's error, even of an even sky: these have more.
+        """
         if self.power == 0:
             return 64
-        return int(np.clip(2 ** math.ceil(math.log2(3.2 / self.width)), 16, 256))
+        wanted = max(3.2 / self.width, min(24 / self.width, 80))
+        return int(np.clip(8 * math.ceil(wanted / 8), 40, 256))
 
-    def values(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def values(self, x: Reals) -> Reals:
         """The kernel in 1/sr at x = tan^2(theta / 2)."""
         return _shape(x, self) / _integral(self)
 
@@ -91,12 +106,12 @@ def round_values(x: NDArray[np.float64], power: float, width: float) -> NDArray[
     return _round(x, power, width) / _round_integral(power, width)
 
 
-def _round(x: NDArray[np.float64], power: float, width: float) -> NDArray[np.float64]:
+def _round(x: Reals, power: float, width: float) -> Reals:
     q = x / width**2
     return np.exp(-np.minimum(q, 700.0)) if math.isinf(power) else (1 + q) ** -power
 
 
-def _shape(x: NDArray[np.float64], kernel: Kernel) -> NDArray[np.float64]:
+def _shape(x: Reals, kernel: Kernel) -> Reals:
     if kernel.power:
         return _round(x, kernel.power, kernel.width)
     cosine = np.maximum((1 - x) / (1 + x), 0.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,10 @@ from .environment import Environment
 _COUNT_MAX = 64
 # Nothing below this multiple of the mean radiance is a lamp.
 _EXCESS_MIN = 4.0
+# With less than this part of all light, lamps are left where they are by kernels that are not narrow.
+_SHARE_MIN = 1e-4
+# Lamps this part of a kernel's width apart are one to it: an error of the square of it, of its own light.
+_APART = 0.05
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -30,14 +35,43 @@ class Lamps:
 
 
 @functools.lru_cache(8)
+def find_strong_lamps(environment: Environment) -> Lamps:
+    """The lamps if they hold a part of the light that counts for wide kernels; else none, and an infinite limit."""
+    lamps = find_lamps(environment)
+    height = len(environment.pixels)
+    edges = np.cos(np.pi * np.arange(height + 1) / height)
+    rows = environment.pixels.reshape(height, -1, 3).mean(axis=1, dtype=np.float64)
+    light = 2 * np.pi * ((edges[:-1] - edges[1:]) @ rows).max()
+    if lamps.fluxes.sum(axis=0).max(initial=0.0) >= _SHARE_MIN * light > 0:
+        return lamps
+    return Lamps(math.inf, np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32))
+
+
+def merge_lamps(lamps: Lamps, width: float) -> Lamps:
+    """Fewer lamps, which are the same to a kernel of this width: neighbours become one in the middle of their light."""
+    directions, fluxes, strength = lamps.directions, lamps.fluxes, lamps.fluxes.sum(axis=1)
+    found: list[tuple[NDArray[np.float32], NDArray[np.float32]]] = []
+    while len(directions):
+        brightest = directions[strength.argmax()]
+        is_near = np.linalg.norm(directions - brightest, axis=1) <= _APART * width
+        middle = strength[is_near] @ directions[is_near]
+        found.append((middle / np.linalg.norm(middle), fluxes[is_near].sum(axis=0)))
+        directions, fluxes, strength = (one[~is_near] for one in (directions, fluxes, strength))
+    if not found:
+        return lamps
+    return Lamps(lamps.limit, *(np.array(column, np.float32) for column in zip(*found, strict=True)))
+
+
+@functools.lru_cache(8)
 def find_lamps(environment: Environment) -> Lamps:
     """The lamps of an environment, 64 texels at most: the limit is what the next brightest one has."""
     pixels = environment.pixels
     height, width = pixels.shape[:2]
     edges = np.cos(np.pi * np.arange(height + 1) / height)
     solid_angle = (edges[:-1] - edges[1:]) * (2 * np.pi / width)
-    peak = pixels.max(axis=2)
-    mean = float((peak * solid_angle[:, None]).sum() / (4 * np.pi))
+    # Quicker than the maximum along an axis of three.
+    peak = np.maximum(np.maximum(pixels[..., 0], pixels[..., 1]), pixels[..., 2])
+    mean = float(peak.sum(axis=1, dtype=np.float64) @ solid_angle / (4 * np.pi))
     limit = _EXCESS_MIN * mean
     above = np.flatnonzero(peak > limit)
     if len(above) > _COUNT_MAX:
