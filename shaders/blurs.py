@@ -1,8 +1,8 @@
 """Environments blurred by round kernels, as cube maps: what the round lobes of materials look up.
 
 Wide kernels are a matter of the processor (`wide_blurs`), exact and cheap. Narrow ones are sampled on the device from
-the environment's cube map, but for the brightest texels (`lamps`), which are weighed by the kernel itself. A kernel that
-is narrower than a texel is the environment's own cube map.
+the environment's cube map, but for the brightest texels (`lamps`), which are weighed by the kernel itself. A kernel
+that is narrower than a texel is the environment's own cube map.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 _ORDERS_AT_ONCE = 24
 # Of no weight, and multiplied much slower if it is denormal in float32.
 _TINY = 1e-30
-# A picture's rows may be summed to this many per degree, or in all: a function changes little within such a row.
+# A picture's texels may be summed to this many rows per degree, or in all: a function changes little within such a row.
 _ROWS_PER_DEGREE, _ROWS_MIN = 6, 128
 # Nodes of the midpoint rule for a kernel, theta = u^4 pi: a width of 1e-3 still spans an eighth of them.
 _KERNEL_NODES = 4096
@@ -37,19 +37,18 @@ def analyse(pixels: NDArray[np.float32], degree: int) -> NDArray[np.complex128]:
     """The coefficients of a picture up to a degree.
 
     Every texel counts with its exact solid angle, as a point: the picture's energy is kept. Of a picture that has many
-    more rows than degrees, some are summed first.
+    more rows than degrees, some texels are summed first.
 
     **Arguments:** `pixels`: shape (h, w, 3); `degree`: at most h.
 
     **Returns:** shape (degree + 1, degree + 1, 3), [m, l], zero for l < m.
     """
-    width = pixels.shape[1]
     rows = _energies(pixels, degree)
-    height, half = len(rows), (len(rows) + 1) // 2
-    orders = min(degree, width // 2) + 1
-    # A few orders are quicker by a product of matrices than by an FFT of all.
-    columns = rows.transpose(0, 2, 1).reshape(3 * height, width) @ _waves(width, orders)
-    columns = columns.reshape(height, 3, 2, orders).transpose(3, 0, 2, 1)
+    height, width = rows.shape[:2]
+    half, orders = (height + 1) // 2, min(degree, width // 2) + 1
+    # An FFT, and no product of matrices: for large ones BLAS starts threads, which wait long where others are at work.
+    waves = np.fft.rfft(rows, axis=1)[:, :orders] * _to_middles(width, orders).conj()[:, None]
+    columns = np.stack([waves.real, waves.imag], axis=-2).swapaxes(0, 1)  # [m, row, part, channel]
     north, south = columns[:, :half], columns[:, ::-1][:, :half]
     both = np.stack([north + south, north - south], axis=2)
     if height % 2:
@@ -67,25 +66,27 @@ def analyse_points(
 ) -> NDArray[np.complex128]:
     """The coefficients, as `analyse` has them, of lights without size.
 
-    **Arguments:** `polar`: from the zenith, shape (n,); `azimuth`: from a picture's left edge; `energies`: shape (n, 3).
+    **Arguments:** `polar`: from the zenith, shape (n,); `azimuth`: from a picture's left edge, shape (n,); `energies`:
+    radiance times solid angle, shape (n, 3).
     """
-    waves = np.exp(-1j * np.outer(np.arange(degree + 1), azimuth))
-    return _legendre(np.cos(polar), degree) @ (waves[..., None] * energies)
+    phase = np.outer(np.arange(degree + 1), azimuth)[..., None]
+    parts = np.concatenate([np.cos(phase) * energies, -np.sin(phase) * energies], axis=2)
+    sums = _legendre(np.cos(polar), degree) @ parts.astype(np.float32)
+    return sums[..., :3] + 1j * sums[..., 3:].astype(np.float64)
 
 
 def synthesise(coefficients: NDArray[np.complex128], height: int) -> NDArray[np.float32]:
     """The picture of the coefficients, shape (height, 2 height, 3); `height` is to be at least their degree."""
-    orders, half = len(coefficients), (height + 1) // 2
-    # Each order stands for its negative twin too.
-    twins = np.where(np.arange(orders) > 0, 2, 1)[:, None, None] * coefficients
-    parts = np.concatenate([twins.real, twins.imag], axis=2).astype(np.float32)
+    orders = len(coefficients)
+    parts = np.concatenate([coefficients.real, coefficients.imag], axis=2).astype(np.float32)
     is_odd = _is_odd(orders - 1)[..., None]
     both = np.concatenate([np.where(is_odd, 0, parts), np.where(is_odd, parts, 0)], axis=2)
     sums = _row_functions(height, orders - 1).transpose(0, 2, 1) @ both
     even, odd = sums[..., :6], sums[..., 6:]
     columns = np.concatenate([even + odd, (even - odd)[:, : height // 2][:, ::-1]], axis=1)
-    columns = columns.reshape(orders, height, 2, 3).transpose(2, 0, 1, 3).reshape(2 * orders, 3 * height)
-    return (_waves(2 * height, orders) @ columns).reshape(2 * height, height, 3).swapaxes(0, 1)
+    waves = (columns[..., :3] + 1j * columns[..., 3:]) * _to_middles(2 * height, orders)[:, None, None]
+    picture = np.fft.irfft(waves, 2 * height, axis=0, norm="forward")
+    return picture.astype(np.float32, copy=False).swapaxes(0, 1)
 
 
 def kernel_coefficients(
@@ -110,23 +111,29 @@ def kernel_coefficients(
 
 
 def _energies(pixels: NDArray[np.float32], degree: int) -> NDArray[np.float32]:
-    """Radiance times solid angle of a texel or of some, one below another, as many in each row: shape (rows, w, 3)."""
+    """Radiance times solid angle of texels, or of equal blocks of them: shape (rows, columns, 3)."""
     height, width = pixels.shape[:2]
     edges = np.cos(np.pi * np.arange(height + 1) / height)
     solid_angle = ((edges[:-1] - edges[1:]) * (2 * np.pi / width)).astype(np.float32)
     rows = max(_ROWS_PER_DEGREE * degree, _ROWS_MIN)
-    block = max((one for one in range(1, height // rows + 1) if height % one == 0), default=1)
-    found = np.zeros((height // block, width, 3), np.float32)
-    for start in range(block):
-        found += pixels[start::block] * solid_angle[start::block, None, None]
+    down, across = _block(height, rows), _block(width, 2 * rows)
+    summed = np.zeros((height // down, width, 3), np.float32)
+    for start in range(down):
+        summed += pixels[start::down] * solid_angle[start::down, None, None]
+    found = summed[:, ::across]
+    for start in range(1, across):
+        found = found + summed[:, start::across]
     return found
 
 
-@functools.lru_cache(8)
-def _waves(width: int, orders: int) -> NDArray[np.float32]:
-    """The cosine, then minus the sine, of each order at the middles of columns: shape (w, 2 orders)."""
-    phase = np.outer(2 * np.pi / width * (np.arange(width) + 0.5), np.arange(orders))
-    return np.concatenate([np.cos(phase), -np.sin(phase)], axis=1).astype(np.float32)
+def _block(texels: int, wanted: int) -> int:
+    """Into how many texels a number of them can be parted so that as many parts as are wanted are left."""
+    return max((one for one in range(1, texels // wanted + 1) if texels % one == 0), default=1)
+
+
+def _to_middles(width: int, orders: int) -> NDArray[np.complex64]:
+    """What each order is turned by from a picture's left edge to the middle of its first column."""
+    return np.exp(1j * np.pi / width * np.arange(orders)).astype(np.complex64)
 
 
 def _is_odd(degree: int) -> NDArray[np.bool_]:

@@ -34,9 +34,6 @@ _NODES = 512
 _CROWDING = 4
 
 
-Reals = NDArray[np.float64] | NDArray[np.float32]
-
-
 @dataclasses.dataclass(frozen=True, order=True)
 class Kernel:
     """A round kernel.
@@ -83,7 +80,7 @@ class Kernel:
         wanted = max(3.2 / self.width, min(24 / self.width, 80))
         return int(np.clip(8 * math.ceil(wanted / 8), 40, 256))
 
-    def values(self, x: Reals) -> Reals:
+    def values(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """The kernel in 1/sr at x = tan^2(theta / 2)."""
         return _shape(x, self) / _integral(self)
 
@@ -106,12 +103,12 @@ def round_values(x: NDArray[np.float64], power: float, width: float) -> NDArray[
     return _round(x, power, width) / _round_integral(power, width)
 
 
-def _round(x: Reals, power: float, width: float) -> Reals:
+def _round(x: NDArray[np.float64], power: float, width: float) -> NDArray[np.float64]:
     q = x / width**2
-    return np.exp(-np.minimum(q, 700.0)) if math.isinf(power) else (1 + q) ** -power
+    return np.exp(-np.minimum(q, 700.0)) if math.isinf(power) else (1 / (1 + q)) ** power
 
 
-def _shape(x: Reals, kernel: Kernel) -> Reals:
+def _shape(x: NDArray[np.float64], kernel: Kernel) -> NDArray[np.float64]:
     if kernel.power:
         return _round(x, kernel.power, kernel.width)
     cosine = np.maximum((1 - x) / (1 + x), 0.0)

@@ -27,30 +27,28 @@ class Lamps:
     - `limit`: in radiance, per channel.
     - `directions`: shape (n, 3), float32, unit, in the environment's axes.
     - `fluxes`: shape (n, 3), float32, radiance above the limit times solid angle.
+    - `share`: their part of all light, each in its brightest channel.
     """
 
     limit: float
     directions: NDArray[np.float32]
     fluxes: NDArray[np.float32]
+    share: float
 
 
 @functools.lru_cache(8)
 def find_strong_lamps(environment: Environment) -> Lamps:
     """The lamps if they hold a part of the light that counts for wide kernels; else none, and an infinite limit."""
     lamps = find_lamps(environment)
-    height = len(environment.pixels)
-    edges = np.cos(np.pi * np.arange(height + 1) / height)
-    rows = environment.pixels.reshape(height, -1, 3).mean(axis=1, dtype=np.float64)
-    light = 2 * np.pi * ((edges[:-1] - edges[1:]) @ rows).max()
-    if lamps.fluxes.sum(axis=0).max(initial=0.0) >= _SHARE_MIN * light > 0:
+    if lamps.share >= _SHARE_MIN:
         return lamps
-    return Lamps(math.inf, np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32))
+    return Lamps(math.inf, np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32), 0.0)
 
 
 def merge_lamps(lamps: Lamps, width: float) -> Lamps:
     """Fewer lamps, which are the same to a kernel of this width: neighbours become one in the middle of their light."""
-    directions, fluxes, strength = lamps.directions, lamps.fluxes, lamps.fluxes.sum(axis=1)
-    found: list[tuple[NDArray[np.float32], NDArray[np.float32]]] = []
+    directions, fluxes, strength = lamps.directions.astype(np.float64), lamps.fluxes, lamps.fluxes.sum(axis=1)
+    found: list[tuple[NDArray[np.float64], NDArray[np.float32]]] = []
     while len(directions):
         brightest = directions[strength.argmax()]
         is_near = np.linalg.norm(directions - brightest, axis=1) <= _APART * width
@@ -59,7 +57,8 @@ def merge_lamps(lamps: Lamps, width: float) -> Lamps:
         directions, fluxes, strength = (one[~is_near] for one in (directions, fluxes, strength))
     if not found:
         return lamps
-    return Lamps(lamps.limit, *(np.array(column, np.float32) for column in zip(*found, strict=True)))
+    middles, sums = (np.array(column, np.float32) for column in zip(*found, strict=True))
+    return Lamps(lamps.limit, middles, sums, lamps.share)
 
 
 @functools.lru_cache(8)
@@ -82,4 +81,5 @@ def find_lamps(environment: Environment) -> Lamps:
     sine = np.sin(polar)
     directions = np.stack([sine * np.sin(azimuth), np.cos(polar), -sine * np.cos(azimuth)], axis=1)
     fluxes = np.maximum(pixels[row, column] - limit, 0) * solid_angle[row, None]
-    return Lamps(limit, directions.astype(np.float32), fluxes.astype(np.float32))
+    share = float(fluxes.max(axis=1).sum() / max(4 * np.pi * mean, 1e-30))
+    return Lamps(limit, directions.astype(np.float32), fluxes.astype(np.float32), share)

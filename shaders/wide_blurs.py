@@ -1,8 +1,8 @@
 """Environments blurred by kernels that are not narrow: exactly, on the processor.
 
 A blur is a product in spherical harmonics (`harmonics`), in which one analysis of the environment serves all kernels.
-For those that need more degrees than they have, the brightest texels (`lamps`), if they hold light that counts, are left
-out of it and weighed by the kernel itself.
+For those that have too few degrees for it, the brightest texels (`lamps`), if they hold light that counts, are left out
+and weighed by the kernel itself.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from .cube_texels import texel_directions
 from .environment import Environment
 from .harmonics import analyse, analyse_points, synthesise
+from .kept_tables import kept
 from .kernel import DEGREE_MIN, Kernel
 from .lamps import find_strong_lamps, merge_lamps
 
@@ -27,6 +28,8 @@ _WIDTH_MAX = 1024
 _ROWS_PER_TEXEL = 3.2
 # A lamp opposite to a texel has no tangent.
 _FAR = 1e-7
+# Names the way in which environments are blurred: another one must not find what this one kept.
+_KIND = "blur-5"
 
 
 def blurred_texels(environment: Environment, kernel: Kernel) -> NDArray[np.float32]:
@@ -34,12 +37,19 @@ def blurred_texels(environment: Environment, kernel: Kernel) -> NDArray[np.float
 
     **Returns:** shape (6, n, n, 4) with n = `kernel.texels`; the last of the four is 1.
     """
+    if kernel.degree == DEGREE_MIN:
+        return _texels(environment, kernel)  # as quick as a file is read
+    ingredients = (environment.digest.encode(), kernel.name.encode())
+    return np.asarray(kept(_KIND, ingredients, lambda: {"texels": _texels(environment, kernel)})["texels"], np.float32)
+
+
+def _texels(environment: Environment, kernel: Kernel) -> NDArray[np.float32]:
     texels = kernel.texels
     picture = blurred_pixels(environment, kernel)
     places, weights = _places(texels, len(picture))
     flat = picture.swapaxes(0, 1).reshape(-1, 3)  # as it lies in memory
     found = np.ones((len(places[0]), 4), np.float32)
-    found[:, :3] = sum(flat[place] * weight for place, weight in zip(places, weights, strict=True))
+    found[:, :3] = sum(np.take(flat, place, axis=0) * weight for place, weight in zip(places, weights, strict=True))
     if not kernel.is_smooth:
         found[:, :3] += _lamps_blurred(environment, kernel)
     return found.reshape(6, texels, texels, 4)
@@ -50,9 +60,9 @@ def _lamps_blurred(environment: Environment, kernel: Kernel) -> NDArray[np.float
     directions = texel_directions(kernel.texels).reshape(-1, 3)
     found = np.zeros((len(directions), 3), np.float32)
     for direction, flux in zip(lamps.directions, lamps.fluxes, strict=True):
-        cosine = directions @ direction
+        cosine = (directions @ direction).astype(np.float64)
         x = np.maximum(1 - cosine, 0) / np.maximum(1 + cosine, _FAR)
-        found += kernel.values(x)[:, None] * flux
+        found += kernel.values(x).astype(np.float32)[:, None] * flux
     return found
 
 
@@ -116,7 +126,7 @@ def _places(texels: int, height: int) -> tuple[NDArray[np.int32], NDArray[np.flo
 
     **Returns:** shapes (4, m) and (4, m, 1), m = 6 texels^2.
     """
-    w = texel_directions(texels).reshape(-1, 3).astype(np.float64)
+    w = texel_directions(texels).reshape(-1, 3)
     x = (0.5 + np.arctan2(w[:, 0], -w[:, 2]) / (2 * np.pi)) * 2 * height - 0.5
     y = np.arctan2(np.hypot(w[:, 0], w[:, 2]), w[:, 1]) / np.pi * height - 0.5
     left, top = np.floor(x).astype(int), np.floor(y).astype(int)
