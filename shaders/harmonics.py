@@ -50,14 +50,13 @@ def analyse(pixels: NDArray[np.float32], degree: int) -> NDArray[np.complex128]:
     waves = np.fft.rfft(rows, axis=1)[:, :orders] * _to_middles(width, orders).conj()[:, None]
     columns = np.stack([waves.real, waves.imag], axis=-2).swapaxes(0, 1)  # [m, row, part, channel]
     north, south = columns[:, :half], columns[:, ::-1][:, :half]
-    both = np.stack([north + south, north - south], axis=2)
+    even, odd = (one.reshape(orders, half, 6) for one in (north + south, north - south))
     if height % 2:
-        both[:, -1] *= 0.5  # the row in the middle is its own twin
-    sums = _row_functions(height, degree)[:orders] @ both.reshape(orders, half, 12)
-    is_odd = _is_odd(degree)[:orders, :, None, None]
-    parts = np.where(is_odd, *sums.reshape(orders, degree + 1, 2, 2, 3).transpose(2, 0, 1, 3, 4)[::-1])
+        even[:, -1] *= 0.5  # the row in the middle is its own twin
+    functions = _row_functions(height, degree)[:orders]
+    parts = np.where(_is_odd(degree)[:orders], functions @ odd, functions @ even)
     found = np.zeros((degree + 1, degree + 1, 3), np.complex128)
-    found[:orders] = parts[:, :, 0] + 1j * parts[:, :, 1]
+    found[:orders] = parts[..., :3] + 1j * parts[..., 3:]
     return found
 
 
@@ -79,10 +78,9 @@ def synthesise(coefficients: NDArray[np.complex128], height: int) -> NDArray[np.
     """The picture of the coefficients, shape (height, 2 height, 3); `height` is to be at least their degree."""
     orders = len(coefficients)
     parts = np.concatenate([coefficients.real, coefficients.imag], axis=2).astype(np.float32)
-    is_odd = _is_odd(orders - 1)[..., None]
-    both = np.concatenate([np.where(is_odd, 0, parts), np.where(is_odd, parts, 0)], axis=2)
-    sums = _row_functions(height, orders - 1).transpose(0, 2, 1) @ both
-    even, odd = sums[..., :6], sums[..., 6:]
+    is_odd = _is_odd(orders - 1)
+    functions = _row_functions(height, orders - 1).transpose(0, 2, 1)
+    even, odd = functions @ np.where(is_odd, 0, parts), functions @ np.where(is_odd, parts, 0)
     columns = np.concatenate([even + odd, (even - odd)[:, : height // 2][:, ::-1]], axis=1)
     waves = (columns[..., :3] + 1j * columns[..., 3:]) * _to_middles(2 * height, orders)[:, None, None]
     picture = np.fft.irfft(waves, 2 * height, axis=0, norm="forward")
@@ -137,8 +135,8 @@ def _to_middles(width: int, orders: int) -> NDArray[np.complex64]:
 
 
 def _is_odd(degree: int) -> NDArray[np.bool_]:
-    """Whether the function changes its sign between the halves of a picture, [m, l]."""
-    return np.add.outer(np.arange(degree + 1), np.arange(degree + 1)) % 2 == 1
+    """Whether the function changes its sign between the halves of a picture, [m, l, 0]."""
+    return (np.add.outer(np.arange(degree + 1), np.arange(degree + 1)) % 2 == 1)[..., None]
 
 
 @functools.lru_cache(4)

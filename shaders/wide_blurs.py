@@ -71,7 +71,7 @@ def blurred_pixels(environment: Environment, kernel: Kernel) -> NDArray[np.float
 
     **Returns:** shape (h, 2 h, 3).
     """
-    found = _analysis(environment, DEGREE_MIN * 2 ** max(math.ceil(math.log2(kernel.degree / DEGREE_MIN)), 0))
+    found = _analysis(environment, kernel.degree)
     degree = min(kernel.degree, len(found) - 1)
     found = found[: degree + 1, : degree + 1]
     if kernel.is_smooth:
@@ -81,16 +81,22 @@ def blurred_pixels(environment: Environment, kernel: Kernel) -> NDArray[np.float
     return np.maximum(picture, 0, out=picture)
 
 
-@functools.lru_cache(8)
 def _analysis(environment: Environment, degree: int) -> NDArray[np.complex128]:
-    """The coefficients of the environment without its lamps, to this degree or what it has rows for.
+    """The coefficients of the environment without its lamps, to this degree or more, or what it has rows for."""
+    held = _analyses(environment)
+    enough = [one for one in held if one >= degree]
+    if not enough:
+        limit = find_strong_lamps(environment).limit
+        dim = environment.pixels if math.isinf(limit) else np.minimum(environment.pixels, np.float32(limit))
+        pixels = _interpolated(dim, _ROWS_PER_DEGREE * degree)
+        held[degree] = analyse(pixels, min(degree, len(pixels)))
+    return held[min(enough, default=degree)]
 
-    Few degrees are asked for, the smallest and twice, four times ... it, so that kernels share them.
-    """
-    limit = find_strong_lamps(environment).limit
-    dim = environment.pixels if math.isinf(limit) else np.minimum(environment.pixels, np.float32(limit))
-    pixels = _interpolated(dim, _ROWS_PER_DEGREE * degree)
-    return analyse(pixels, min(degree, len(pixels)))
+
+@functools.lru_cache(8)
+def _analyses(environment: Environment) -> dict[int, NDArray[np.complex128]]:
+    """Those that were made of an environment, by the degree that was asked for: each serves lower degrees too."""
+    return {}
 
 
 @functools.lru_cache(8)
