@@ -138,9 +138,7 @@ def _places(texels: int, height: int) -> tuple[NDArray[np.int32], NDArray[np.flo
     left, top = np.floor(x).astype(int), np.floor(y).astype(int)
     places, weights = [], []
     for row, down in ((top, 1 - (y - top)), (top + 1, y - top)):
-        # Beyond a pole lies the first row again, half a turn around.
-        is_beyond = (row < 0) | (row >= height)
         for column, across in ((left, 1 - (x - left)), (left + 1, x - left)):
-            places.append((column + height * is_beyond) % (2 * height) * height + np.clip(row, 0, height - 1))
+            places.append(column % (2 * height) * height + np.clip(row, 0, height - 1))
             weights.append(down * across)
     return np.array(places, np.int32), np.array(weights, np.float32)[..., None]

@@ -81,10 +81,10 @@ def test_a_blur_does_not_depend_on_which_came_before():
     wide, narrow = nearest_kernel(2.0, 0.5), nearest_kernel(np.inf, 0.04)
     first, second = _lit(300.0), _lit(300.0)
     assert narrow.degree > wide.degree
-    pairs = [(blurred_texels(first, one), one) for one in (wide, narrow)]
+    pairs = [(blurred_pixels(first, one), one) for one in (wide, narrow)]
     for found, kernel in reversed(pairs):
         # Texels are summed for few degrees: their places are off by half a texel at most.
-        np.testing.assert_allclose(blurred_texels(second, kernel), found, rtol=2e-3)
+        np.testing.assert_allclose(blurred_pixels(second, kernel), found, rtol=2e-3)
 
 
 def test_weak_lamps_are_left_in_the_picture():
