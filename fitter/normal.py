@@ -87,7 +87,7 @@ def assess(
     return Assessment(NormalEquations(cost, gradient, hessian), log_abs, log_square, own)
 
 
-def _channels_first(x: Float[Array, "c n"]) -> Float[Array, "c n"]:
+def _channels_first(x: Values | Array) -> Array:
     """The same values, laid out channel by channel."""
     return with_layout_constraint(x, Layout((0, 1)))
 

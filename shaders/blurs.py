@@ -1,8 +1,8 @@
 """Environments blurred by round kernels, as cube maps: what the round lobes of materials look up.
 
-The brightest texels (`lamps`) are weighed by the kernel itself. The rest is blurred by a product in spherical harmonics
-(`harmonics`), exact and cheap, or, by a narrow kernel, which would need too many of them, sampled from a cube map. A
-kernel that is narrower than a texel is the environment's own cube map.
+Wide kernels are a matter of the processor (`wide_blurs`), exact and cheap. Narrow ones are sampled on the device from
+the environment's cube map, but for the brightest texels (`lamps`), which are weighed by the kernel itself. A kernel
+that is narrower than a texel is the environment's own cube map.
 """
 
 from __future__ import annotations
@@ -14,12 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .environment import Environment
-from .harmonics import analyse, synthesise
-from .kept_tables import kept
-from .kernel import COSINE, WIDTH_MIN, WIDTH_SAMPLED, Kernel
+from .kernel import WIDTH_MIN, WIDTH_SAMPLED, Kernel
 from .lamps import find_lamps
-from .lighting import UNIT, upload_radiance
+from .lighting import UNIT
 from .program import Programs, set_uniforms
+from .wide_blurs import blurred_texels
 
 _GROUP = 8  # local_size_x and local_size_y in the compute shaders
 # Edges of the environment's own cube, which has the texels of its picture at the horizon.
@@ -31,12 +30,6 @@ _POINTS = 64
 # Above all radiance.
 _RADIANCE_MAX = 3e38
 _GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
-# Wider pictures are averaged for the harmonics, which cannot tell.
-_WIDTH_MAX = 1024
-# Rows of a picture per degree: with fewer, its texels, which count as points, are told from an even light.
-_ROWS_PER_DEGREE = 4
-# Names the way in which pictures are blurred: another one must not find what this one kept.
-_KIND = "blur-4"
 
 
 def blur_name(environment: Environment, kernel: Kernel) -> str:
@@ -89,87 +82,33 @@ def make_blur(
     dim_cube: moderngl.TextureCube | None,
 ) -> moderngl.TextureCube:
     """The environment blurred by a kernel; `dim_cube` is read if it is sampled."""
-    points = _POINTS if is_sampled(kernel) else 0
-    defines = {"POINTS": str(points), "TWICE_POWER": str(_twice_power(kernel))}
+    if not is_sampled(kernel):
+        cube = _empty(ctx, kernel.texels)
+        for face, values in enumerate(blurred_texels(environment, kernel)):
+            cube.write(face, values.tobytes())
+        return cube
+    assert dim_cube is not None
+    defines = {"POINTS": str(_POINTS), "TWICE_POWER": str(_twice_power(kernel))}
     program = programs.compute("pass/blur.comp", defines, {})
     cube = _empty(ctx, kernel.texels)
     lamps = find_lamps(environment)
     count = len(lamps.directions)
     pairs = np.zeros((max(count, 1), 2, 4), np.float32)
     pairs[:count, 0, :3], pairs[:count, 1, :3] = lamps.directions, lamps.fluxes
-    buffers = [ctx.buffer(pairs.tobytes())]
-    buffers[0].bind_to_storage_buffer(1)
-    if points:
-        assert dim_cube is not None
-        buffers.append(ctx.buffer(_points(kernel, dim_cube.size[0]).tobytes()))
-        buffers[1].bind_to_storage_buffer(0)
-        dim_cube.use(UNIT)
-    else:
-        picture = upload_radiance(ctx, Environment(blurred_pixels(environment, kernel), environment.name))
-        picture.use(UNIT)
+    buffers = [ctx.buffer(one.tobytes()) for one in (_points(kernel, dim_cube.size[0]), pairs)]
+    for binding, buffer in enumerate(buffers):
+        buffer.bind_to_storage_buffer(binding)
+    dim_cube.use(UNIT)
     height = float(kernel.values(np.zeros(1))[0])
-    values = {"dim_cube": UNIT, "radiance": UNIT, "lamp_count": count, "kernel_width": kernel.width}
-    set_uniforms(program, values | {"kernel_height": height})
+    values = {"dim_cube": UNIT, "lamp_count": count, "kernel_width": kernel.width, "kernel_height": height}
+    set_uniforms(program, values)
     _run(ctx, program, cube)
     return cube
 
 
 def _twice_power(kernel: Kernel) -> int:
     """As `glsl/pass/blur.comp` has it."""
-    if kernel.power == 0:
-        return -1 if kernel == COSINE else -2
     return 0 if math.isinf(kernel.power) else round(2 * kernel.power)
-
-
-def blurred_pixels(environment: Environment, kernel: Kernel) -> NDArray[np.float32]:
-    """The environment without its lamps, blurred by a kernel that is not narrow, as a latitude-longitude picture.
-
-    **Returns:** shape (h, 2 h, 3).
-    """
-
-    def make() -> dict[str, NDArray[np.generic]]:
-        dim = np.minimum(environment.pixels, np.float32(find_lamps(environment).limit))
-        pixels = _resampled(dim, _ROWS_PER_DEGREE * kernel.degree)
-        degree = min(kernel.degree, len(pixels))
-        coefficients = analyse(pixels, degree) * kernel.coefficients()[: degree + 1, None]
-        height = max(2 * kernel.texels, degree)
-        return {"pixels": np.maximum(synthesise(coefficients, height), 0)}
-
-    ingredients = (environment.digest.encode(), kernel.name.encode())
-    return np.asarray(kept(_KIND, ingredients, make)["pixels"], np.float32)
-
-
-def _resampled(pixels: NDArray[np.float32], rows: int) -> NDArray[np.float32]:
-    """The picture no wider than the limit, and below it with this many rows or more."""
-    height, width = pixels.shape[:2]
-    if width > _WIDTH_MAX:
-        return _reduced(pixels, -(-width // _WIDTH_MAX))
-    times = min(-(-rows // height), _WIDTH_MAX // width)
-    if times <= 1:
-        return pixels
-    padded = np.pad(pixels, ((1, 1), (0, 0), (0, 0)), mode="edge")
-    taller = _between(padded, times)
-    return _between(np.pad(taller, ((0, 0), (1, 1), (0, 0)), mode="wrap").swapaxes(0, 1), times).swapaxes(0, 1)
-
-
-def _between(rows: NDArray[np.float32], times: int) -> NDArray[np.float32]:
-    """As many rows in place of each but the first and the last, interpolated linearly as a texture's are."""
-    place = (np.arange((len(rows) - 2) * times) + 0.5) / times + 0.5
-    before = place.astype(int)
-    part = (place - before).astype(np.float32)[:, None, None]
-    return ((1 - part) * rows[before] + part * rows[before + 1]).astype(np.float32)
-
-
-def _reduced(pixels: NDArray[np.float32], block: int) -> NDArray[np.float32]:
-    """The mean over square blocks, by solid angle."""
-    height, width = pixels.shape[:2]
-    edges = np.cos(np.pi * np.arange(height + 1) / height)
-    padding = (0, -height % block), (0, -width % block)
-    padded = np.pad(pixels, (*padding, (0, 0)), mode="edge")
-    weight = np.pad(edges[:-1] - edges[1:], padding[0], mode="edge").astype(np.float32).reshape(-1, block, 1)
-    across = padded.reshape(len(padded), -1, block, 3).mean(axis=2)
-    sums = (across.reshape(len(weight), block, -1) * weight).sum(axis=1) / weight.sum(axis=1)
-    return sums.reshape(len(weight), -1, 3).astype(np.float32)
 
 
 def _points(kernel: Kernel, texels: int) -> NDArray[np.float32]:

@@ -28,6 +28,8 @@ STEPS_PER_OCTAVE = 4
 WIDTH_MIN = 0.004
 # Narrower kernels are sampled, wider ones convolved, which costs the square of 1 / width.
 WIDTH_SAMPLED = 0.03
+# Of spherical harmonics, for the widest too, which need less but share what is found out about an environment.
+DEGREE_MIN = 40
 _NODES = 512
 _CROWDING = 4
 
@@ -58,15 +60,25 @@ class Kernel:
     def degree(self) -> int:
         """The degree in spherical harmonics above which 1e-2 of the kernel's height, or less, is left."""
         if self.power == 0:
-            return 40
-        return max(math.ceil((3.2 if math.isinf(self.power) else 4.6) / self.width), 24)
+            return DEGREE_MIN
+        return max(math.ceil((3.2 if math.isinf(self.power) else 4.6) / self.width), DEGREE_MIN)
+
+    @property
+    def is_smooth(self) -> bool:
+        """Whether 1e-4 of the kernel's height, or less, is left above its degree."""
+        return self.power > 0 and self.width >= 10 / DEGREE_MIN
 
     @property
     def texels(self) -> int:
-        """Texels along an edge of the cube that holds an environment blurred by it: three to its half width."""
+        """Texels along an edge of the cube that holds an environment blurred by it.
+
+        Three to its half width or more. Between them values are interpolated linearly, and that is what is left of a
+        wide blur's error, even of an even sky: these have more.
+        """
         if self.power == 0:
             return 64
-        return int(np.clip(2 ** math.ceil(math.log2(3.2 / self.width)), 16, 256))
+        wanted = max(3.2 / self.width, min(24 / self.width, 80))
+        return int(np.clip(8 * math.ceil(wanted / 8), 40, 256))
 
     def values(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """The kernel in 1/sr at x = tan^2(theta / 2)."""
@@ -93,7 +105,7 @@ def round_values(x: NDArray[np.float64], power: float, width: float) -> NDArray[
 
 def _round(x: NDArray[np.float64], power: float, width: float) -> NDArray[np.float64]:
     q = x / width**2
-    return np.exp(-np.minimum(q, 700.0)) if math.isinf(power) else (1 + q) ** -power
+    return np.exp(-np.minimum(q, 700.0)) if math.isinf(power) else (1 / (1 + q)) ** power
 
 
 def _shape(x: NDArray[np.float64], kernel: Kernel) -> NDArray[np.float64]:

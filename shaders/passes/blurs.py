@@ -30,7 +30,8 @@ def prepare(frame: Frame) -> Callable[[int], None]:
     def draw(number: int) -> None:
         dim = frame.store.get("dim_cube")
         assert dim is None or isinstance(dim, moderngl.TextureCube)
-        for kernel in _kernels(frame.visible):
+        # The one of the highest degree finds out about the environment what serves the others.
+        for kernel in sorted(_kernels(frame.visible), key=lambda one: -one.degree):
             name = blur_name(frame.scene.environment, kernel)
             if name not in frame.store:
                 frame.keep(name, make_blur(frame.ctx, frame.programs, frame.scene.environment, kernel, dim))

@@ -7,12 +7,13 @@ import pytest
 from numpy.typing import NDArray
 
 from shaders import Environment
-from shaders.blurs import blur_name, blurred_pixels, is_sampled, make_blur, make_dim_cube, make_sky_cube
+from shaders.blurs import blur_name, is_sampled, make_blur, make_dim_cube, make_sky_cube
 from shaders.context import device
 from shaders.harmonics import analyse, synthesise
 from shaders.kernel import COSINE, SATURATED, Kernel, nearest_kernel
 from shaders.lighting import upload_radiance
 from shaders.program import programs
+from shaders.wide_blurs import blurred_pixels
 
 pytestmark = pytest.mark.usefixtures("nothing_kept")
 

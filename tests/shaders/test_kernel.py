@@ -12,7 +12,7 @@ from scipy.integrate import quad
 from shaders.harmonics import kernel_coefficients
 from shaders.kernel import COSINE, POWERS, SATURATED, STEPS_PER_OCTAVE, Kernel, nearest_kernel, round_values
 
-WIDTHS = (0.002, 0.03, 0.3, 1.0)
+WIDTHS = (0.002, 0.03, 0.25, 0.3, 1.0)
 KERNELS = [COSINE, SATURATED, *(nearest_kernel(*one) for one in itertools.product(POWERS, WIDTHS))]
 
 
@@ -61,3 +61,10 @@ def test_beyond_its_degree_little_of_a_kernel_is_left(kernel: Kernel):
     np.testing.assert_array_equal(found.shape, kernel.coefficients().shape)
     height = ((2 * np.arange(len(found)) + 1) * kernel.coefficients()).sum() / (4 * math.pi)
     assert height == pytest.approx(float(kernel.values(np.zeros(1))[0]), rel=1e-2)
+
+
+@pytest.mark.parametrize("kernel", [one for one in KERNELS if one.is_smooth], ids=lambda one: one.name)
+def test_of_a_smooth_kernel_next_to_nothing_is_left(kernel: Kernel):
+    found = kernel_coefficients(kernel.values, 4 * kernel.degree)
+    parts = (2 * np.arange(len(found)) + 1) * found
+    assert np.abs(parts[kernel.degree + 1 :]).sum() <= 1e-4 * parts.sum()

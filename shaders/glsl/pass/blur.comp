@@ -1,25 +1,19 @@
-// An environment blurred by a kernel. Its lamps, lights without size, are weighed by the kernel itself. The rest is a
-// picture that has been blurred already or, for a narrow kernel, the mean of a cube map's texels at points that lie as
-// dense as the kernel is high, each at the level whose texels fill the gaps to its neighbours.
+// An environment blurred by a narrow kernel. Its lamps, lights without size, are weighed by the kernel itself. The rest
+// is the mean of a cube map's texels at points that lie as dense as the kernel is high, each at the level whose texels
+// fill the gaps to its neighbours.
 //
 // - Colbert, Krivanek 2007, "GPU-Based Importance Sampling", GPU Gems 3, chapter 20.
 //
-// Compiled with POINTS, 0 for a picture, and TWICE_POWER: 0 for the infinite one, below 0 for the kernels that end at the
-// horizon, -1 for the cosine.
+// Compiled with POINTS, and TWICE_POWER: 0 for the infinite one.
 
 #include "cube.glsl"
-#if POINTS == 0
-#include "environment.glsl"
-#endif
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(rgba32f, binding = 0) writeonly uniform imageCube cube;
-#if POINTS > 0
 // Directions about +z, and the level.
 layout(std430, binding = 0) readonly buffer Points { vec4 points[]; };
 uniform samplerCube dim_cube;
-#endif
 // Pairs of a direction and what the lamp sends from there.
 layout(std430, binding = 1) readonly buffer Lamps { vec4 lamps[]; };
 
@@ -30,11 +24,6 @@ uniform float kernel_height;
 
 float kernel(vec3 w, vec3 middle) {
     vec3 apart = w - middle;
-#if TWICE_POWER < 0
-    // 1 - apart^2 / 2 is the cosine.
-    float cosine = max(1.0 - 0.5 * dot(apart, apart), 0.0);
-    return kernel_height * (TWICE_POWER == -1 ? cosine : 1.25 * cosine / (cosine + 0.25));
-#else
     vec3 between = w + middle;
     float x = dot(apart, apart) / max(dot(between, between), 1e-20) / (kernel_width * kernel_width);
 #if TWICE_POWER == 0
@@ -47,7 +36,6 @@ float kernel(vec3 w, vec3 middle) {
     }
     return value;
 #endif
-#endif
 }
 
 void main() {
@@ -57,9 +45,6 @@ void main() {
         return;
     }
     vec3 z = normalize(cube_direction(texel.z, 2.0 * (vec2(texel.xy) + 0.5) / float(size) - 1.0));
-#if POINTS == 0
-    vec3 sum = environment_radiance(environment_uv(z));
-#else
     vec3 x = normalize(cross(abs(z.y) < 0.9 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0), z));
     vec3 y = cross(z, x);
     vec3 sum = vec3(0.0);
@@ -68,7 +53,6 @@ void main() {
         sum += textureLod(dim_cube, point.x * x + point.y * y + point.z * z, point.w).rgb;
     }
     sum /= float(POINTS);
-#endif
     for (int i = 0; i < lamp_count; i++) {
         sum += kernel(lamps[2 * i].xyz, z) * lamps[2 * i + 1].rgb;
     }
