@@ -29,9 +29,10 @@ UNITS = {
     "points_position": 5,
     "points_normal": 6,
     "sky_cube": 7,
+    "cool_cube": 8,
 }
 # The first of those of a material's blurred environments.
-FIRST_BLUR = 8
+FIRST_BLUR = 9
 # The attachments of a picture that has several.
 _ATTACHMENTS = {"points": ("points_position", "points_normal")}
 # Pixels a side that one draw shades: a weak GPU needs well below the two seconds after which Windows resets a driver.
