@@ -1,5 +1,5 @@
-"""What is far brighter than the rest of an environment, as a few lights: suns and lamps, which directions of a material's
-proposals would find too seldom, and then too bright."""
+"""What is brighter than an environment's mean, as a few lights: suns, lamps and windows, which the directions that a
+material proposes would find too seldom and then, where each stands for a large solid angle, take for larger."""
 
 from __future__ import annotations
 
@@ -11,30 +11,33 @@ from numpy.typing import NDArray
 
 from .environment import Environment
 
-# A texel is hot above this multiple of the mean radiance.
-_EXCESS_MIN = 8.0
-# With less of the light in what is above it, directions do as well without.
+Array = NDArray[np.float64]
+
+# The limit above which light is hot, in units of the mean radiance.
+_LIMIT = 1.0
+# With less of the light above it, directions do as well without lights.
 _SHARE_MIN = 0.02
-# Lights in each frame, at most, and hot texels for each of them before there is another.
-_IN_FRAME = 4
-_TEXELS = 16
+# Lights in each frame.
+IN_FRAME = 4
+# Wider pictures are taken in blocks: a block has one place, which is that of its light.
+_WIDTH_MAX = 512
+# Part of the solid angle that lights spread over up to which they serve for a direction; found by measurement.
+_REACH = 0.25
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class HotLights:
-    """What lies above a limit in an environment, split into `in_frame * frames` lights of about as much flux.
+    """What lies above a limit in an environment, split into lights of about as much flux, neighbours side by side.
 
-    - `limit`: in radiance, per channel; infinite if there are no lights.
-    - `in_frame`: lights of each frame: those from the frame's number on in steps of the number of frames.
+    - `limit`: in radiance, per channel.
     - `directions`: shape (n, 3), unit, in the environment's axes.
     - `fluxes`: shape (n, 3): radiance above the limit times solid angle.
-    - `solid_angle`: over which the light of one is spread, the mean by flux.
+    - `solid_angle`: above that for which a direction stands, it sees the light better than these do.
     """
 
     limit: float
-    in_frame: int
-    directions: NDArray[np.float64]
-    fluxes: NDArray[np.float64]
+    directions: Array
+    fluxes: Array
     solid_angle: float
 
     def pack(self) -> bytes:
@@ -45,85 +48,82 @@ class HotLights:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class _Texels:
-    """Hot texels: `corner` and `extent`, (n, 2), of what each spans in polar angle and azimuth; `flux`, (n, 3)."""
+class _Blocks:
+    """Blocks of hot texels: `place`, (n, 3), the mean of their directions by flux, `own`, (n,), of their solid angles;
+    `flux`, (n, 3), and `weight`, (n,), its sum."""
 
-    corner: NDArray[np.float64]
-    extent: NDArray[np.float64]
-    flux: NDArray[np.float64]
+    place: Array
+    own: Array
+    flux: Array
+    weight: Array
 
-    @property
-    def weight(self) -> NDArray[np.float64]:
-        return self.flux.sum(axis=1)
+    def __getitem__(self, which: NDArray[np.intp]) -> _Blocks:
+        return _Blocks(self.place[which], self.own[which], self.flux[which], self.weight[which])
 
-    @property
-    def directions(self) -> NDArray[np.float64]:
-        polar, azimuth = (self.corner + 0.5 * self.extent).T
-        sine = np.sin(polar)
-        return np.stack([sine * np.sin(azimuth), np.cos(polar), -sine * np.cos(azimuth)], axis=1)
-
-    @property
-    def mean(self) -> NDArray[np.float64]:
-        """Of the directions, by flux; the shorter, the further they are apart."""
-        return np.average(self.directions, axis=0, weights=self.weight)
-
-    @property
-    def spread(self) -> float:
-        """The solid angle of a cap with the same mean, and one texel."""
-        own = np.sin(self.corner[:, 0] + 0.5 * self.extent[:, 0]) * self.extent.prod(axis=1)
-        return float(4 * np.pi * (1 - np.linalg.norm(self.mean)) + np.average(own, weights=self.weight))
-
-    def __getitem__(self, which: NDArray[np.intp]) -> _Texels:
-        return _Texels(self.corner[which], self.extent[which], self.flux[which])
+    def scaled(self, part: float) -> _Blocks:
+        return _Blocks(self.place, part * self.own, part * self.flux, part * self.weight)
 
 
 @functools.lru_cache(8)
-def find_hot_lights(environment: Environment, frames: int) -> HotLights:
-    """The lights of an environment for so many frames; their fluxes sum to all that is above the limit."""
+def find_hot_lights(environment: Environment, frames: int) -> HotLights | None:
+    """`IN_FRAME * frames` lights whose fluxes sum to all that is above the limit; `None` if that is next to nothing."""
     pixels = environment.pixels
     height, width = pixels.shape[:2]
     edges = np.cos(np.pi * np.arange(height + 1) / height)
     solid_angle = (edges[:-1] - edges[1:]) * (2 * np.pi / width)
-    peak = pixels.max(axis=2)
-    light = float((peak.sum(axis=1, dtype=np.float64) * solid_angle).sum())
-    limit = _EXCESS_MIN * light / (4 * np.pi)
-    row, column = np.nonzero(peak > limit)
-    flux = np.maximum(pixels[row, column].astype(np.float64) - limit, 0) * solid_angle[row, None]
-    if flux.sum(axis=0).max() <= _SHARE_MIN * light:
-        return HotLights(np.inf, 0, np.zeros((0, 3)), np.zeros((0, 3)), 0.0)
-    extent = np.array([np.pi / height, 2 * np.pi / width])
-    corner = np.stack([row, column - 0.5 * width], axis=1) * extent
-    in_frame = min(-(-len(row) // _TEXELS), _IN_FRAME)
-    groups = _split(_Texels(corner, np.broadcast_to(extent, corner.shape), flux), in_frame * frames)
-    means = np.stack([one.mean for one in groups])
+    light = float((pixels.max(axis=2).sum(axis=1, dtype=np.float64) * solid_angle).sum())
+    limit = _LIMIT * light / (4 * np.pi)
+    blocks = _blocks(pixels, solid_angle, limit)
+    if blocks.flux.sum(axis=0).max() <= _SHARE_MIN * light:
+        return None
+    groups = _split(blocks, IN_FRAME * frames)
+    weights = [one.weight.sum() for one in groups]
+    means = np.stack([np.average(one.place, axis=0, weights=one.weight) for one in groups])
+    length = np.linalg.norm(means, axis=1)
+    own = [np.average(one.own, weights=one.weight) for one in groups]
+    # Of the cap with as long a mean, and of a texel.
+    spread = 4 * np.pi * (1 - length) + own
     fluxes = np.stack([one.flux.sum(axis=0) for one in groups])
-    spread = np.average([one.spread for one in groups], weights=fluxes.sum(axis=1))
-    directions = means / np.linalg.norm(means, axis=1, keepdims=True)
-    return HotLights(limit, in_frame, directions, fluxes, float(spread))
+    return HotLights(limit, means / length[:, None], fluxes, _REACH * float(np.average(spread, weights=weights)))
 
 
-def _split(texels: _Texels, count: int) -> list[_Texels]:
-    """The texels in so many groups of about as much flux, neighbours side by side."""
-    if count == 1:
-        return [texels]
-    first, second = _halves(texels)
-    share = first.weight.sum() / texels.weight.sum()
-    part = int(np.clip(round(share * count), 1, count - 1))
-    return _split(first, part) + _split(second, count - part)
-
-
-def _halves(texels: _Texels) -> tuple[_Texels, _Texels]:
-    """The texels in two groups as far apart as can be; one texel in its halves."""
-    if len(texels.flux) == 1:
-        half = texels.extent * np.where(texels.extent == texels.extent.max(), 0.5, 1.0)
-        return _Texels(texels.corner, half, 0.5 * texels.flux), _Texels(
-            texels.corner + texels.extent - half, half, 0.5 * texels.flux
+def _blocks(pixels: NDArray[np.float32], solid_angle: Array, limit: float) -> _Blocks:
+    """All blocks with light above the limit."""
+    height, width = pixels.shape[:2]
+    side = -(-width // _WIDTH_MAX)
+    azimuth = 2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
+    starts = np.arange(0, width, side)
+    found = []
+    for top in range(0, height, side):
+        rows = slice(top, min(top + side, height))
+        flux = np.maximum(pixels[rows].astype(np.float64) - limit, 0) * solid_angle[rows, None, None]
+        polar = np.pi * (np.arange(rows.start, rows.stop) + 0.5) / height
+        weight = flux.sum(axis=2)
+        by_row = np.sin(polar) @ weight
+        own = solid_angle[rows] @ weight
+        moment = np.stack(
+            [by_row * np.sin(azimuth), np.cos(polar) @ weight, -by_row * np.cos(azimuth), own, weight.sum(0)]
         )
-    weight, directions = texels.weight, texels.directions
-    axis = int(np.argmax(weight @ (directions - texels.mean) ** 2))
-    order = np.argsort(directions[:, axis], kind="stable")
-    # Where the variance between both parts is largest.
-    before = np.cumsum(weight[order])[:-1]
-    moment = np.cumsum((weight * (directions[:, axis] - texels.mean[axis]))[order])[:-1]
-    cut = 1 + int(np.argmax(moment**2 / (before * (weight.sum() - before))))
-    return texels[order[:cut]], texels[order[cut:]]
+        sums = np.concatenate([moment, flux.sum(axis=0).T])
+        sums = np.add.reduceat(sums, starts, axis=1)
+        found.append(sums[:, sums[4] > 0])
+    x = np.concatenate(found, axis=1).T
+    return _Blocks(x[:, :3] / x[:, 4:5], x[:, 3] / x[:, 4], x[:, 5:], x[:, 4])
+
+
+def _split(blocks: _Blocks, count: int) -> list[_Blocks]:
+    """The blocks in so many groups of about as much flux, neighbours side by side."""
+    if count == 1:
+        return [blocks]
+    if len(blocks.weight) == 1:
+        return count * [blocks.scaled(1 / count)]
+    # Along the axis in which they are furthest apart, where the variance between both sides is largest.
+    total = blocks.weight.sum()
+    apart = blocks.place - blocks.weight @ blocks.place / total
+    axis = int(np.argmax(blocks.weight @ apart**2))
+    order = np.argsort(apart[:, axis], kind="stable")
+    before = np.cumsum(blocks.weight[order])[:-1]
+    moment = np.cumsum((blocks.weight * apart[:, axis])[order])[:-1]
+    cut = int(np.argmax(moment**2 / (before * (total - before))))
+    part = int(np.clip(round(count * before[cut] / total), 1, count - 1))
+    return _split(blocks[order[: cut + 1]], part) + _split(blocks[order[cut + 1 :]], count - part)

@@ -15,8 +15,7 @@ def lights_of(scene: Scene) -> HotLights | None:
     """The hot lights of a still; `None` for other tiers and for light that has none."""
     if scene.tier != "still":
         return None
-    lights = find_hot_lights(scene.environment, frames_at_most(scene, 1))
-    return lights if lights.in_frame else None
+    return find_hot_lights(scene.environment, frames_at_most(scene, 1))
 
 
 def declare(scene: Scene) -> Pass:

@@ -8,6 +8,7 @@ import moderngl
 
 from ..buffers import KeptBuffer
 from ..frame import UNITS, Frame
+from ..hot_lights import IN_FRAME
 from ..plan import Pass
 from ..scene import Scene
 from ..surface import declare_shading, prepare_shading
@@ -44,5 +45,5 @@ def prepare(frame: Frame) -> Callable[[int], None]:
             frame.resource("cool_cube", moderngl.TextureCube).use(UNITS["cool_cube"])
             frame.resource("hot_lights", KeptBuffer).buffer.bind_to_storage_buffer(_BINDING)
 
-    defines = albedos.albedo_defines(frame.scene) | {"LIGHTS": str(lights.in_frame if lights else 0)}
+    defines = albedos.albedo_defines(frame.scene) | {"LIGHTS": str(IN_FRAME if lights else 0)}
     return prepare_shading(frame, "pass/still.frag", values, bind_light, defines)
