@@ -21,7 +21,8 @@ _SHARE_MIN = 0.02
 IN_FRAME = 4
 # Wider pictures are taken in blocks: a block has one place, which is that of its light.
 _WIDTH_MAX = 512
-# Part of the solid angle that lights spread over up to which they serve for a direction; found by measurement.
+# Part of the solid angle over which a light is spread: directions that stand for less read the light itself. Of 1/64 to
+# 16, the one with the smallest errors at slopes of 0.01 to 0.36.
 _REACH = 0.25
 
 
@@ -32,7 +33,7 @@ class HotLights:
     - `limit`: in radiance, per channel.
     - `directions`: shape (n, 3), unit, in the environment's axes.
     - `fluxes`: shape (n, 3): radiance above the limit times solid angle.
-    - `solid_angle`: above that for which a direction stands, it sees the light better than these do.
+    - `solid_angle`: a direction that stands for less sees the light itself better than as one of these.
     """
 
     limit: float

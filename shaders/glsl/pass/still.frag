@@ -3,8 +3,8 @@
 // directions: what they miss varies slowly over a surface instead of as grain, and is as large.
 //
 // What the weights of the directions miss of the material's albedo is known, and is lit by the mean of the light around.
-// Hot lights are weighed one by one. Where a direction stands for less than such a light, as in a mirror, it sees it
-// better: both are weighted by the density there alone, so that together they are one.
+// Hot lights are weighed one by one. A direction that stands for less than such a light, as a mirror's does, sees it
+// better: the density there decides how much either counts, so that together they count once.
 //
 // - Krivanek, Colbert 2008, "Real-time Shading with Filtered Importance Sampling".
 // - Veach, Guibas 1995, "Optimally Combining Sampling Techniques for Monte Carlo Rendering": the power heuristic.
@@ -87,10 +87,12 @@ void main() {
             float by_light = 1.0 / (1.0 + covered * covered);
             radiance += (1.0 - by_light) * max(textureLod(sky_cube, w, level).rgb - radiance, 0.0);
             from_lights += is_light ? value * lights[light + 1].rgb * by_light : vec3(0.0);
-            value = is_light ? vec3(0.0) : value;
+            value *= is_light ? 0.0 : 1.0 / pdf;
+#else
+            value /= pdf;
 #endif
-            weights += value / pdf;
-            sum += value / pdf * radiance;
+            weights += value;
+            sum += value * radiance;
         }
         i++;
     } while (i < samples + LIGHTS);
