@@ -18,7 +18,7 @@ _LIMIT = 1.0
 # With less of the light above it, directions do as well without lights.
 _SHARE_MIN = 0.02
 # Lights in each frame.
-IN_FRAME = 4
+IN_FRAME = 2
 # Wider pictures are taken in blocks: a block has one place, which is that of its light.
 _WIDTH_MAX = 512
 # Part of the solid angle over which a light is spread: directions that stand for less read the light itself. Of 1/64 to

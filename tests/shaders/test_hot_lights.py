@@ -51,8 +51,12 @@ def test_a_sun_of_one_texel_stands_in_its_middle(height: int):
     pixels, row, column = _sky(height), height // 3, height // 5
     pixels[row, column] = 1e6, 5e5, 1e5
     lights = _found(pixels)
-    np.testing.assert_allclose(lights.directions, np.tile(_direction(row, column, height), (64, 1)), atol=1e-4)
-    np.testing.assert_allclose(lights.fluxes / lights.fluxes[:, :1], np.tile([1, 0.5, 0.1], (64, 1)), rtol=1e-2)
+    np.testing.assert_allclose(
+        lights.directions, np.tile(_direction(row, column, height), (len(lights.fluxes), 1)), atol=1e-4
+    )
+    np.testing.assert_allclose(
+        lights.fluxes / lights.fluxes[:, :1], np.tile([1, 0.5, 0.1], (len(lights.fluxes), 1)), rtol=1e-2
+    )
     assert 0 < lights.solid_angle <= _solid_angle(height)[row]
 
 
@@ -65,7 +69,7 @@ def test_two_suns_are_not_mixed_and_share_the_lights_by_flux():
         near = lights.directions @ _direction(row, column, height) > 1 - 1e-6
         fluxes.append(lights.fluxes[near].sum(axis=0))
         share = lights.fluxes[near].sum() / lights.fluxes.sum()
-        assert near.sum() == pytest.approx(64 * share, abs=1)
+        assert near.sum() == pytest.approx(len(near) * share, abs=1)
     np.testing.assert_allclose(fluxes[0] / fluxes[1], 3 * _solid_angle(64)[20] / _solid_angle(64)[40], rtol=1e-3)
 
 
