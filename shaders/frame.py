@@ -29,10 +29,11 @@ UNITS = {
     "points_position": 5,
     "points_normal": 6,
     "sky_cube": 7,
-    "lobe_table": 8,
+    "cool_cube": 8,
+    "lobe_table": 9,
 }
 # The first of those of a material's blurred environments, seven at most.
-FIRST_BLUR = 9
+FIRST_BLUR = 10
 # The attachments of a picture that has several.
 _ATTACHMENTS = {"points": ("points_position", "points_normal")}
 # Pixels a side that one draw shades: a weak GPU needs well below the two seconds after which Windows resets a driver.

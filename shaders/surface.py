@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from typing import Any
 
 import moderngl
@@ -17,10 +17,10 @@ from .tiers import effort
 from .view import world_to_environment
 
 
-def declare_shading(name: str, scene: Scene, light: str, key: Hashable, enabled: bool) -> Pass:
-    """A pass that writes `frame` from the points, the visible parts' materials and a resource with the light."""
+def declare_shading(name: str, scene: Scene, light: Iterable[str], key: Hashable, enabled: bool) -> Pass:
+    """A pass that writes `frame` from the points, the visible parts' materials and the resources with the light."""
     parts = visible_parts(scene)
-    reads = {"points", light, *(block_name(i) for i in range(len(parts)))}
+    reads = {"points", *light, *(block_name(i) for i in range(len(parts)))}
     reads |= {table_name(i, j) for i, part in enumerate(parts) for j in range(len(part.twin.buffers))}
     texts = tuple(part.twin.text for part in parts)
     whole_key = (scene.camera, scene.width, scene.height, scene.rotation, texts, effort(scene).points, key)
@@ -28,7 +28,11 @@ def declare_shading(name: str, scene: Scene, light: str, key: Hashable, enabled:
 
 
 def prepare_shading(
-    frame: Frame, shader: str, values: Mapping[str, Any], bind_light: Callable[[], None]
+    frame: Frame,
+    shader: str,
+    values: Mapping[str, Any],
+    bind_light: Callable[[], None],
+    defines: Mapping[str, str],
 ) -> Callable[[int], None]:
     """The drawing of one frame, called with its number, which decides the directions of light.
 
@@ -38,9 +42,10 @@ def prepare_shading(
     - `shader`: the fragment shader, which includes `glsl/shading_point.glsl`.
     - `values`: its uniforms, beside those of every such shader.
     - `bind_light`: called before each frame, binds the light that it reads.
+    - `defines`: what the shader is compiled with.
     """
     programs = [
-        frame.programs.graphics("pass/full_screen.vert", shader, {}, {"material": part.twin.text})
+        frame.programs.graphics("pass/full_screen.vert", shader, defines, {"material": part.twin.text})
         for part in frame.visible
     ]
     bind_material = bind_materials(frame)

@@ -25,13 +25,14 @@ def prepare(frame: Frame) -> Callable[[int], None]:
 
     def draw(number: int) -> None:
         cube = make_sky_cube(frame.ctx, frame.programs, frame.resource("radiance", moderngl.Texture))
-        _fill_levels(frame, cube)
+        fill_levels(frame, cube)
         frame.keep("sky_cube", cube)
 
     return draw
 
 
-def _fill_levels(frame: Frame, cube: moderngl.TextureCube) -> None:
+def fill_levels(frame: Frame, cube: moderngl.TextureCube) -> None:
+    """Makes a cube map's levels from its first one."""
     program = frame.programs.compute("pass/cube_level.comp", {}, {})
     # Edges of cubes are powers of two.
     levels = cube.size[0].bit_length()

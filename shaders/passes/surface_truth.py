@@ -13,7 +13,7 @@ from ..surface import declare_shading, prepare_shading
 
 def declare(scene: Scene) -> Pass:
     """Writes `frame`, shape (h, w, 4): the radiance of the meshes with coverage 1, and 0 where none is."""
-    return declare_shading("surface_truth", scene, "light_table", None, enabled=scene.tier == "truth")
+    return declare_shading("surface_truth", scene, ["light_table"], None, enabled=scene.tier == "truth")
 
 
 def prepare(frame: Frame) -> Callable[[int], None]:
@@ -31,4 +31,4 @@ def prepare(frame: Frame) -> Callable[[int], None]:
         light.radiance.use(UNITS["radiance"])
         light.cells.bind_to_storage_buffer(0)
 
-    return prepare_shading(frame, "pass/truth.frag", values, bind_light)
+    return prepare_shading(frame, "pass/truth.frag", values, bind_light, {})
