@@ -90,6 +90,6 @@ def test_every_uniform_that_a_pass_sets_is_declared_in_a_shader():
     files = [*(_SHADERS / "passes").glob("*.py"), *(_SHADERS / name for name in ("surface.py", "drawing.py"))]
     passes = "\n".join(path.read_text(encoding="utf-8") for path in files)
     # Lower case: those in capitals are macros. An included text is no uniform either.
-    named = set(re.findall(r"\"([a-z_]+)\":", passes)) - {"material"}
+    named = set(re.findall(r"\"([a-z_]+)\": ", passes)) - {"material"}
     assert len(named) > 10
     assert named <= declared
