@@ -36,7 +36,7 @@ _ASTRAY = 0.02
 _GAIN = 0.12
 _GOOD = 0.02
 # Lobes that never reflect this part of what the others do are left out.
-_SHARE_MIN = 0.01
+_SHARE_MIN = 0.02
 # A brushed material's lobes: their places along the wide direction, in units of a spread that is searched.
 _PLACES = (-1.6, -0.8, 0.0, 0.8, 1.6)
 _ENDING_AT_HORIZON = (COSINE, SATURATED)

@@ -6,7 +6,9 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib
 import importlib.util
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,11 +44,10 @@ def check_flip() -> None:
 
 def difference(reference: NDArray[np.float32], test: NDArray[np.float32]) -> Difference:
     """The difference of two pictures for displays with coverage, shape (h, w, 4), in [0, 1]."""
-    import flip_evaluator
-
+    flip: Any = importlib.import_module("flip_evaluator")
     inside = reference[..., 3] > _INSIDE
     pictures = [_on_ground(one) for one in (reference, test)]
-    flips, mean, _ = flip_evaluator.evaluate(pictures[0], pictures[1], "LDR", applyMagma=False)
+    flips, mean, _ = flip.evaluate(pictures[0], pictures[1], "LDR", applyMagma=False)
     squares = (pictures[0] - pictures[1])[inside].astype(np.float64) ** 2
     return Difference(float(mean), float(np.asarray(flips)[inside].mean()), float(np.sqrt(squares.mean())))
 
