@@ -61,17 +61,14 @@ def preview(
     Example:
       brdf bench preview --only tier --environment studio --roughness 0.3
     """
-    import json
-    import pathlib
-
     from brdf.errors import UserError
 
-    if markdown and as_json:
-        raise UserError("`--markdown` and `--json` exclude each other. Leave one out.")
+    from ._bench_output import Output
+
+    output = Output(plot, markdown, as_json, force)
     sections = only or SECTIONS
     if plot is not None and not {"tier", "truth"} & set(sections):
         raise UserError(f"`--plot {plot}` draws the tiers, which `--only {sections[0]}` leaves out. Leave one out.")
-    options.check_output(plot, (".png", ".pdf", ".svg"), force)
 
     from shaders.bench.case import ROUGHNESS
     from shaders.bench.pictures import PictureSettings
@@ -88,14 +85,10 @@ def preview(
     )
     with options.progress(quiet) as say:
         found = measure(settings, rounds, sections, say)
-    if plot:
-        from ._bench_preview_plot import plot as draw
 
-        draw(found.pictures, plot, force)
-        click.echo(f"wrote {plot}", err=True)
-    if as_json:
-        click.echo(json.dumps(report.data(found), indent=2, allow_nan=False))
-    elif markdown:
-        click.echo(report.markdown(found, pathlib.Path(plot).name if plot else None).rstrip("\n"))
-    else:
-        click.echo(report.text(found))
+    def draw(path: str) -> None:
+        from ._bench_preview_plot import plot
+
+        plot(found.pictures, path, force)
+
+    output.tell(found, report, draw)

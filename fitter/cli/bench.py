@@ -107,16 +107,13 @@ def fit(
     Example:
       brdf bench fit --quick --only table --only slice
     """
-    import json
-    import pathlib
-
     from brdf.errors import UserError
 
-    if markdown and as_json:
-        raise UserError("`--markdown` and `--json` exclude each other. Leave one out.")
+    from ._bench_output import Output
+
+    output = Output(plot, markdown, as_json, force)
     if data is not None and samples is not None:
         raise UserError(f"`--samples {samples}` is the size of a synthetic table. Leave it or `{data}` out.")
-    options.check_output(plot, (".png", ".pdf", ".svg"), force)
 
     from ..bench import fit_report
     from ..bench.fit_run import MODELS, SECTIONS, Settings, bench
@@ -127,17 +124,13 @@ def fit(
     options.cache_compilations()
     with options.progress(quiet) as say:
         found = bench(settings, say)
-    if plot:
-        from ..bench.fit_plot import plot as draw
 
-        draw(found.races, plot, force)
-        click.echo(f"wrote {plot}", err=True)
-    if as_json:
-        click.echo(json.dumps(fit_report.data(found), indent=2, allow_nan=False))
-    elif markdown:
-        click.echo(fit_report.markdown(found, pathlib.Path(plot).name if plot else None).rstrip("\n"))
-    else:
-        click.echo(fit_report.text(found))
+    def draw(path: str) -> None:
+        from ..bench.fit_plot import plot
+
+        plot(found.races, path, force)
+
+    output.tell(found, fit_report, draw)
 
 
 def _bind_to_one_core() -> bool:
