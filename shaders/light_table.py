@@ -1,16 +1,17 @@
-"""From an environment to the table by which a shader chooses directions in proportion to its light.
+"""From an environment to the table by which a shader chooses directions by their light and its cosine to a normal.
 
-A list names every texel as often as it is to be drawn, so that one look-up inverts the distribution, and the density
-of a texel is its number of entries: exact, however coarse. The direction lies about the texel's centre with the tent
-by which textures are interpolated; the density is therefore the interpolation of the texels' densities, and fits the
-interpolated radiance.
+The texels are listed along a Hilbert curve, each as often as its light says, and the list is cut into segments of about
+equal light, between texels. In a segment one look-up inverts the distribution. For each of a grid of normals a segment
+has slots in proportion to its light times the mean clamped cosine to it, and one look-up chooses a slot. The density of
+a texel is a product of two whole numbers, entries and slots: exact, however coarse the table is. The direction lies
+about the texel's centre with the tent by which radiance is interpolated.
 
 - Karlik, Sik, Vevoda, Skrivan, Krivanek 2019, "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance
   Sampling": some of what lies below the mean is left to the other density.
 - Hilbert 1891, "Ueber die stetige Abbildung einer Linie auf ein Flaechenstueck": neighbours on the curve are neighbours
   in the sky, so that evenly spread numbers become evenly spread directions.
 
-The shader's side is `glsl/light_table.glsl`.
+The shader's side is `glsl/light_table.glsl`, which has the same numbers of segments, entries, slots and normals.
 """
 
 from __future__ import annotations
@@ -24,25 +25,39 @@ from numpy.typing import NDArray
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 # Larger pictures are listed in square blocks, as few as bring them to this width.
 _WIDTH_MAX = 2048
-# Of the mean, what is left to the other density: less noise in studio and sunset than with 0 or 1, by some percent.
-_LEFT = 0.5
-# Entries of the list: four for a mean texel of 1024 x 512.
-_ENTRIES_LOG2 = 21
+# Of the mean, what is left to the other density: less noise in studio and sunset than with 0 or 0.5, by some percent.
+_LEFT = 0.25
+SEGMENTS = 64
+# Entries of each segment's part of the list: two for a mean texel of 1024 x 512. Half as many leave more noise than
+# they save time.
+ENTRIES = 16384
+# Of each normal.
+SLOTS = 512
+# Rows and columns of the grid of normals, a latitude-longitude picture.
+NORMALS = 24, 48
+# Added to cosines, so that no segment that any of a cell's normals sees is without slots.
+_COSINE_MARGIN = 0.1
+# Every so many entries a direction stands for its segment.
+_STRIDE = 512
 
 
 @dataclasses.dataclass(frozen=True)
 class LightTable:
     """Texels of a latitude-longitude picture, listed in the order of a Hilbert curve, each as often as it is drawn.
 
-    - `density`: shape (h, w), float32: the probability of a texel times h w / (2 pi^2), which divided by the sine of
-      the polar angle is the density in 1/sr; 0 where no direction is drawn.
-    - `cells`: shape (2^n,), uint32: row 2^16 + column of the first texel of a block.
+    - `density`: shape (h, w), float32: the probability of a texel in a slot of its segment times h w / (2 pi^2), which
+      times the segment's slots and divided by the sine of the polar angle is the density in 1/sr; 0 where no direction
+      is drawn. The lowest six bits are not the density's: they number the segment.
+    - `cells`: shape (64, 16384), uint32: row 2^16 + column of the first texel of a block, for each segment.
+    - `slots`: shape (24 48, 576), uint32: for each normal 512 slots, segment 2^20 + count 2^10 + first slot of the
+      segment, and then how many slots each segment has.
     - `block`: texels a side of a block; all of its texels are as likely.
     - `is_even`: whether the light is the same from everywhere, so that drawing it is of no use.
     """
 
     density: NDArray[np.float32]
     cells: NDArray[np.uint32]
+    slots: NDArray[np.uint32]
     block: int
     is_even: bool
 
@@ -50,8 +65,8 @@ class LightTable:
 def light_table(pixels: NDArray[np.float32]) -> LightTable:
     """The table of an environment's pixels, shape (h, w, 3).
 
-    It chooses by the luminance above half the mean. Directions below it are never drawn: use it beside another density
-    that reaches them, as a material's proposals do.
+    It chooses by the luminance above a quarter of the mean. Directions below it are never drawn: use it beside another
+    density that reaches them, as a material's proposals do.
     """
     height, width = pixels.shape[:2]
     block = -(-width // _WIDTH_MAX)
@@ -62,12 +77,53 @@ def light_table(pixels: NDArray[np.float32]) -> LightTable:
     above = np.maximum(luminance - _LEFT * mean, 0)
     # A constant picture's mean is rounded.
     is_even = float(np.ptp(luminance)) <= 1e-5 * mean
-    counts = _apportioned((np.ones_like(above) if is_even else above) * solid_angle, 1 << _ENTRIES_LOG2)
     row, column = _hilbert_curve(*luminance.shape)
-    cells = ((row.astype(np.uint32) << np.uint32(16)) + column.astype(np.uint32)) * np.uint32(block)
-    share = counts / (texels * (counts.sum() * 2 * np.pi**2 / (height * width)))
-    density = np.repeat(np.repeat(share.astype(np.float32), block, axis=0), block, axis=1)[:height, :width]
-    return LightTable(np.ascontiguousarray(density), np.repeat(cells, counts[row, column]), block, is_even)
+    weight = ((np.ones_like(above) if is_even else above) * solid_angle)[row, column]
+    end = np.cumsum(weight / weight.sum())
+    # A texel is of the segment in which its middle lies.
+    middle = np.maximum.accumulate(end - 0.5 * weight / weight.sum())
+    segment = np.minimum((SEGMENTS * middle).astype(np.int64), SEGMENTS - 1)
+    counts = _apportioned(weight, segment)
+    # Beside a sun, what is too dim for its sum has no entries.
+    is_listed = np.bincount(segment, counts, SEGMENTS) > 0
+    light = np.where(is_listed, np.bincount(segment, weight, SEGMENTS), 0.0)
+    listed = ((row.astype(np.uint32) << np.uint32(16)) + column.astype(np.uint32)) * np.uint32(block)
+    cells = np.zeros((SEGMENTS, ENTRIES), np.uint32)
+    cells[is_listed] = np.repeat(listed, counts).reshape(-1, ENTRIES)
+    share = np.empty(luminance.shape)
+    share[row, column] = counts / (texels[row, column] * (ENTRIES * SLOTS * 2 * np.pi**2 / (height * width)))
+    numbers = np.empty(luminance.shape, np.uint32)
+    numbers[row, column] = segment
+    marked = ((share.astype(np.float32).view(np.uint32) & ~np.uint32(SEGMENTS - 1)) | numbers).view(np.float32)
+    density = np.repeat(np.repeat(marked, block, axis=0), block, axis=1)[:height, :width]
+    places = np.stack([cells[:, ::_STRIDE] >> 16, cells[:, ::_STRIDE] & 65535], -1) + 0.5 * block
+    slots = _slots(light, _directions_at(places / (height, width)))
+    return LightTable(np.ascontiguousarray(density), cells, slots, block, is_even)
+
+
+def _slots(light: NDArray[np.float64], towards: NDArray[np.float32]) -> NDArray[np.uint32]:
+    """`LightTable.slots` of segments with so much light each, in the directions `towards`, shape (64, n, 3)."""
+    grid = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in NORMALS), indexing="ij"), -1) / NORMALS
+    normals = _directions_at(grid).reshape(-1, 3)
+    cosine = (normals @ towards.reshape(-1, 3).T).reshape(len(normals), *towards.shape[:2])
+    weight = light * np.maximum(cosine + _COSINE_MARGIN, 0).mean(axis=-1)
+    # A normal that sees no segment has to choose one all the same.
+    weight = np.where(weight.sum(axis=1, keepdims=True) > 0, weight, light)
+    seen = weight > 0
+    total = np.cumsum(weight, axis=1)
+    rest = np.rint(total * ((SLOTS - seen.sum(axis=1)) / total[:, -1])[:, None]).astype(np.int64)
+    end = rest + np.cumsum(seen, axis=1)
+    first = np.concatenate([np.zeros((len(end), 1), np.int64), end[:, :-1]], axis=1)
+    packed = (np.arange(SEGMENTS) << 20) + ((end - first) << 10) + first
+    chosen = np.repeat(packed.reshape(-1), (end - first).reshape(-1)).reshape(-1, SLOTS)
+    return np.concatenate([chosen, end - first], axis=1).astype(np.uint32)
+
+
+def _directions_at(places: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Directions at places (v, u) of the picture, shape (..., 2); see environment.py."""
+    polar, azimuth = np.pi * places[..., 0], 2 * np.pi * (places[..., 1] - 0.5)
+    sine = np.sin(polar)
+    return np.stack([sine * np.sin(azimuth), np.cos(polar), -sine * np.cos(azimuth)], -1).astype(np.float32)
 
 
 def _blocks(luminance: NDArray[np.float32], block: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -81,26 +137,19 @@ def _blocks(luminance: NDArray[np.float32], block: int) -> tuple[NDArray[np.floa
     return total / texels, texels
 
 
-def _apportioned(weight: NDArray[np.float64], entries: int) -> NDArray[np.int64]:
-    """Whole numbers close to a multiple of the weights, which sum to `entries`."""
-    scale = entries / weight.sum()
-    counts = np.zeros(weight.shape, np.int64)
-    # Rounding drops many small weights; the others then share what these do not take.
-    for _ in range(8):
-        counts = np.floor(weight * scale + 0.5).astype(np.int64)
-        scale *= entries / max(int(counts.sum()), 1)
-    missing = entries - int(counts.sum())
-    step = 1 if missing > 0 else -1
-    # The heaviest ones notice a change least.
-    heaviest = np.argpartition(-weight.reshape(-1), min(abs(missing), weight.size - 1))
-    flat = counts.reshape(-1)
-    while missing:
-        some = heaviest[: abs(missing)]
-        if step < 0:
-            some = some[flat[some] > 0]
-        flat[some] += step
-        missing -= step * len(some)
-    return counts
+def _apportioned(weight: NDArray[np.float64], segment: NDArray[np.int64]) -> NDArray[np.int64]:
+    """How often each weight is listed: sums to `ENTRIES` over each segment that has weight. Segments ascend."""
+    scale = ENTRIES / np.maximum(np.bincount(segment, weight, SEGMENTS), 1e-300)
+    # What would be rounded to nothing is left to the other density, unless it is most of its segment.
+    large = np.where(weight * scale[segment] >= 0.5, weight, 0.0)
+    is_most = np.bincount(segment, large, SEGMENTS) * scale > 0.5 * ENTRIES
+    weight = np.where(is_most[segment], large, weight)
+    end = np.concatenate([[0.0], np.cumsum(weight)])
+    # Rounded sums and not rounded weights: small neighbours share entries.
+    bounds = end[np.searchsorted(segment, np.arange(SEGMENTS + 1))]
+    start, light = bounds[:-1], np.maximum(np.diff(bounds), 1e-300)
+    place = [(one - start[segment]) / light[segment] for one in (end[:-1], end[1:])]
+    return np.diff(np.rint(np.multiply(place, ENTRIES)).astype(np.int64), axis=0)[0]
 
 
 def _hilbert_curve(height: int, width: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

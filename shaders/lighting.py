@@ -22,18 +22,17 @@ class Light:
     """An environment with its light table, as `glsl/light_table.glsl` reads it.
 
     - `radiance`: the picture, for the sampler of `glsl/environment.glsl`; its alpha is the table's density.
-    - `cells`: the table's list, for binding 0.
+    - `cells`, `slots`: the table's list and its slots, for bindings 0 and 1.
     - `size`: of the picture in texels, width first.
-    - `shift`: how many lower bits of 32 do not index the list.
     - `block`: texels a side of the list's blocks.
     - `is_even`: whether drawing directions by their light is of no use.
-    - `bytes_uploaded`: of the picture and the list.
+    - `bytes_uploaded`: of the picture and the table.
     """
 
     radiance: moderngl.Texture
     cells: moderngl.Buffer
+    slots: moderngl.Buffer
     size: tuple[int, int]
-    shift: int
     block: int
     is_even: bool
     bytes_uploaded: int
@@ -62,11 +61,11 @@ def upload_light(ctx: moderngl.Context, environment: Environment) -> Light:
     return Light(
         radiance=_upload(ctx, environment, pixels),
         cells=ctx.buffer(table.cells.tobytes()),
+        slots=ctx.buffer(table.slots.tobytes()),
         size=(pixels.shape[1], pixels.shape[0]),
-        shift=32 - (len(table.cells).bit_length() - 1),
         block=table.block,
         is_even=table.is_even,
-        bytes_uploaded=pixels.nbytes + table.cells.nbytes,
+        bytes_uploaded=pixels.nbytes + table.cells.nbytes + table.slots.nbytes,
     )
 
 

@@ -5,7 +5,7 @@
 #include "common.glsl"
 #include "elementary.glsl"
 
-// Radiance, and where directions are chosen by their light its density times the sine of the polar angle in alpha.
+// Radiance, and where directions are chosen by their light its density in alpha, for light_table.glsl.
 uniform sampler2D radiance;
 
 // The angle of (x, y), both >= 0 and not both 0, in [0, 0.25] turns: absolute error 3e-7 turns, far below a texel (the
@@ -37,11 +37,6 @@ vec3 environment_direction(vec2 uv) {
     return vec3(-down.y * around.y, down.x, down.y * around.x);
 }
 
-// Radiance, and the light table's density in 1/sr times the sine of the polar angle.
-vec4 environment_light(vec2 uv) {
-    return textureLod(radiance, uv, 0.0);
-}
-
 vec3 environment_radiance(vec2 uv) {
-    return environment_light(uv).rgb;
+    return textureLod(radiance, uv, 0.0).rgb;
 }

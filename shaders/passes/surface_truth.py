@@ -22,7 +22,6 @@ def prepare(frame: Frame) -> Callable[[int], None]:
     values = {
         "radiance": UNITS["radiance"],
         "light_size": light.size,
-        "light_shift": light.shift,
         "light_block": light.block,
         "techniques": light.techniques,
     }
@@ -30,5 +29,6 @@ def prepare(frame: Frame) -> Callable[[int], None]:
     def bind_light() -> None:
         light.radiance.use(UNITS["radiance"])
         light.cells.bind_to_storage_buffer(0)
+        light.slots.bind_to_storage_buffer(1)
 
     return prepare_shading(frame, "pass/truth.frag", values, bind_light, {})

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from shaders.light_table import light_table
+from shaders.light_table import ENTRIES, SEGMENTS, SLOTS, LightTable, light_table
 
 
 def _sunny(height: int, width: int) -> np.ndarray:
@@ -16,60 +16,127 @@ def _sunny(height: int, width: int) -> np.ndarray:
     return pixels
 
 
-def _above_half_mean(pixels: np.ndarray) -> np.ndarray:
-    """The part of all light above half the mean luminance that each texel holds."""
+def _above_quarter_mean(pixels: np.ndarray) -> np.ndarray:
+    """The part of all light above a quarter of the mean luminance that each texel holds."""
     luminance = pixels.astype(np.float64) @ [0.2126, 0.7152, 0.0722]
     sine = np.sin(np.pi * (np.arange(len(pixels)) + 0.5) / len(pixels))[:, None]
     mean = (luminance * sine).sum() / (sine.sum() * pixels.shape[1])
-    light = np.maximum(luminance - 0.5 * mean, 0) * sine
+    light = np.maximum(luminance - 0.25 * mean, 0) * sine
     return light / light.sum()
 
 
-def _listed(pixels: np.ndarray) -> np.ndarray:
-    """How often each texel is listed, as a part of all, for a table without blocks."""
-    table = light_table(pixels)
+def _counts(table: LightTable) -> np.ndarray:
+    """How many slots each segment has for each normal, shape (normals, segments)."""
+    return table.slots[:, SLOTS:]
+
+
+def _listed(table: LightTable, segments: np.ndarray) -> np.ndarray:
+    """How likely each texel is, for a table without blocks and these probabilities of segments."""
     assert table.block == 1
-    counts = np.zeros(pixels.shape[:2])
-    np.add.at(counts, (table.cells >> 16, table.cells & 65535), 1)
-    return counts / len(table.cells)
+    found = np.zeros(table.density.shape)
+    weight = np.repeat(segments[:, None] / ENTRIES, ENTRIES, axis=1)
+    np.add.at(found, (table.cells >> 16, table.cells & 65535), weight)
+    return found
+
+
+def _density(table: LightTable, slots: np.ndarray) -> np.ndarray:
+    """The density of a normal, as the shader takes it apart."""
+    return table.density.astype(np.float64) * slots[table.density.view(np.uint32) & (SEGMENTS - 1)]
+
+
+def _direction(v: float, u: float) -> np.ndarray:
+    polar, azimuth = np.pi * v, 2 * np.pi * (u - 0.5)
+    return np.array([np.sin(polar) * np.sin(azimuth), np.cos(polar), -np.sin(polar) * np.cos(azimuth)])
 
 
 @pytest.mark.parametrize("shape", [(2, 4), (16, 32), (25, 50), (64, 128)])
-def test_texels_are_listed_in_proportion_to_their_light_above_half_the_mean(shape: tuple[int, int]):
+def test_texels_are_listed_in_proportion_to_their_light_above_a_quarter_of_the_mean(shape: tuple[int, int]):
     pixels = _sunny(*shape)
-    # Of 2^21 entries each texel may round by one half; the heaviest take what is left over.
-    np.testing.assert_allclose(_listed(pixels), _above_half_mean(pixels), atol=2e-6)
+    table, expected = light_table(pixels), _above_quarter_mean(pixels)
+    segments = np.bincount((table.density.view(np.uint32) & (SEGMENTS - 1)).reshape(-1), expected.reshape(-1), SEGMENTS)
+    # Each texel may round by one of 2^20 entries, or by half of one that its segment's others share.
+    np.testing.assert_allclose(_listed(table, segments), expected, atol=2e-6)
 
 
 @pytest.mark.parametrize("shape", [(1, 2), (25, 50), (2050, 4100)])
-def test_the_density_integrates_to_one(shape: tuple[int, int]):
+def test_the_density_integrates_to_one_for_every_normal(shape: tuple[int, int]):
     # Its interpolation over the picture has the mean of the texels' own, in units of 2 pi^2.
     table = light_table(_sunny(*shape))
     assert table.density.shape == shape
-    np.testing.assert_allclose(table.density.mean(dtype=np.float64) * 2 * np.pi**2, 1, rtol=1e-6)
+    numbers = (table.density.view(np.uint32) & (SEGMENTS - 1)).reshape(-1)
+    of_segments = np.bincount(numbers, table.density.reshape(-1), SEGMENTS) / numbers.size
+    # The lowest six bits of 24 are the segment's number.
+    np.testing.assert_allclose(_counts(table) @ of_segments * 2 * np.pi**2, 1, rtol=2**-17)
 
 
-def test_the_density_is_that_of_the_list():
-    pixels = _sunny(32, 64)
-    np.testing.assert_allclose(
-        light_table(pixels).density, _listed(pixels) * pixels[..., 0].size / (2 * np.pi**2), rtol=1e-6
-    )
+def test_the_density_is_that_of_the_list_and_the_slots():
+    table = light_table(_sunny(32, 64))
+    for slots in _counts(table)[::97]:
+        expected = _listed(table, slots / SLOTS) * table.density.size / (2 * np.pi**2)
+        np.testing.assert_allclose(_density(table, slots), expected, rtol=2**-17, atol=1e-30)
+
+
+def test_slots_of_a_segment_are_neighbours_and_say_how_many_they_are():
+    table = light_table(_sunny(32, 64))
+    drawn, counts = table.slots[:, :SLOTS].astype(np.int64), _counts(table)
+    segment, count, first = drawn >> 20, (drawn >> 10) & 1023, drawn & 1023
+    for row in range(0, len(drawn), 97):
+        np.testing.assert_array_equal(np.bincount(segment[row], minlength=SEGMENTS), counts[row])
+        np.testing.assert_array_equal(count[row], counts[row][segment[row]])
+        np.testing.assert_array_equal(first[row], np.searchsorted(segment[row], segment[row]))
+
+
+def test_slots_are_in_proportion_to_light_times_cosine():
+    pixels = np.zeros((90, 180, 3), np.float32)
+    lamps = [(30, 40), (70, 60)]
+    pixels[30, 40], pixels[70, 60] = 3, 10
+    table = light_table(pixels)
+    light = [_above_quarter_mean(pixels)[lamp] for lamp in lamps]
+    numbers = [table.density.view(np.uint32)[lamp] & (SEGMENTS - 1) for lamp in lamps]
+    for row, column in np.ndindex(24, 48):
+        normal = _direction((row + 0.5) / 24, (column + 0.5) / 48)
+        # 0.1 is added to every cosine.
+        weight = [
+            share * max(normal @ _direction((lamp[0] + 0.5) / 90, (lamp[1] + 0.5) / 180) + 0.1, 0)
+            for share, lamp in zip(light, lamps, strict=True)
+        ]
+        found = _counts(table)[row * 48 + column, numbers] / SLOTS
+        # One slot is rounded, and one is of each segment that is seen.
+        np.testing.assert_allclose(found, np.divide(weight, sum(weight)) if sum(weight) else light, atol=3 / SLOTS)
+        assert ((found > 0) == (np.array(weight) > 0)).all() or not sum(weight)
+
+
+def test_a_sun_beside_the_dimmest_sky_leaves_a_table():
+    pixels = np.full((16, 32, 3), 1e-9, np.float32)
+    pixels[12, 3], pixels[3, 3] = 1e10, 1e8
+    table = light_table(pixels)
+    assert (_counts(table).sum(axis=1) == SLOTS).all()
+    np.testing.assert_allclose(_density(table, _counts(table)[24 * 24])[[12, 3], 3].sum(), 512 / (2 * np.pi**2), 1e-4)
+
+
+def test_a_normal_that_sees_no_light_has_slots_and_they_are_of_light():
+    pixels = np.zeros((16, 32, 3), np.float32)
+    pixels[1] = 5
+    table = light_table(pixels)
+    np.testing.assert_array_equal(_counts(table).sum(axis=1), SLOTS)
+    assert _density(table, _counts(table)[-1])[1].min() > 0
 
 
 def test_a_wide_picture_is_listed_in_blocks_each_texel_of_which_is_as_likely():
     # 4100 = 3 x 1366 + 2: the last column of blocks is incomplete.
     table = light_table(_sunny(2050, 4100))
     assert table.block == 3
-    counts = np.zeros((684, 1367))
-    np.add.at(counts, ((table.cells >> 16) // 3, (table.cells & 65535) // 3), 1)
+    segment = table.density.view(np.uint32)[300, -1] & (SEGMENTS - 1)
+    cells = table.cells[segment]
+    own = ((cells >> 16) == 300) & ((cells & 65535) == 3 * 1366)
     assert ((table.cells >> 16) % 3 == 0).all()
     assert ((table.cells & 65535) % 3 == 0).all()
-    share = counts[100, -1] / len(table.cells) / (3 * 2)
-    np.testing.assert_allclose(table.density[300:303, -2:], share * 2050 * 4100 / (2 * np.pi**2), rtol=1e-6)
+    expected = own.mean() / SLOTS / (3 * 2) * 2050 * 4100 / (2 * np.pi**2)
+    np.testing.assert_allclose(table.density[300:303, -2:], expected, rtol=2**-17)
 
 
 def test_neighbours_on_the_curve_are_neighbours_in_the_sky():
-    cells = light_table(np.ones((64, 128, 3), np.float32)).cells.astype(np.int64)
+    cells = light_table(np.ones((64, 128, 3), np.float32)).cells.reshape(-1).astype(np.int64)
     steps = np.abs(np.diff(cells >> 16)) + np.abs(np.diff(cells & 65535))
     # Two squares of 64 x 64 lie in the square of 128 that the curve fills; it leaves them once.
     assert (steps > 1).sum() <= 1
@@ -80,5 +147,7 @@ def test_an_even_environment_is_known_and_sampled_evenly(level: float):
     table = light_table(np.full((8, 16, 3), level, np.float32))
     sine = np.sin(np.pi * (np.arange(8) + 0.5) / 8)[:, None]
     assert table.is_even
-    np.testing.assert_allclose(table.density / sine, 128 / (2 * np.pi**2 * 16 * sine.sum()) + 0 * table.density, 1e-4)
+    # All segments as likely; two texels each, one of which its entries end with.
+    segments = np.full(SEGMENTS, 1 / SEGMENTS)
+    np.testing.assert_allclose(_listed(table, segments), sine / (16 * sine.sum()) + 0 * table.density, rtol=0.6)
     assert not light_table(_sunny(8, 16)).is_even

@@ -249,7 +249,7 @@ def test_every_upload_is_counted():
     from shaders.light_table import light_table
 
     table = light_table(SKY.pixels)
-    arrays = (mesh.positions, mesh.normals, mesh.triangles, SKY.pixels, table.density, table.cells)
+    arrays = (mesh.positions, mesh.normals, mesh.triangles, SKY.pixels, table.density, table.cells, table.slots)
     expected = sum(array.nbytes for array in arrays)
     assert image.counts["bytes_uploaded"] == expected + len(part.twin.block)
 

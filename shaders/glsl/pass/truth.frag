@@ -34,23 +34,33 @@ void main() {
     uvec2 pixel = uvec2(gl_FragCoord.xy);
     uvec2 material_seed = sequence_seed(pixel, 2u * seed);
     uvec2 light_seed = sequence_seed(pixel, 2u * seed + 1u);
+    uint slots = slots_seen(local_to_environment[2]);
     vec3 sum = vec3(0.0);
     int i = 0;
     do {
         uint index = uint(first * samples + i);
-        vec2 u = unit_point(sequence_point(index, material_seed));
+        uvec2 material_point = sequence_point(index, material_seed);
+        vec2 u = unit_point(material_point);
         int chosen = chosen_part(proposals, u.x);
         vec3 proposed = sample_part(proposals, chosen, u);
-        vec2 lit_uv = sample_light(sequence_point(index, light_seed));
+        vec3 proposed_w = local_to_environment * proposed;
+        // The lowest bits, which are the direction's own no more.
+        vec2 jitter = vec2(material_point & 65535u) * (1.0 / 65536.0);
+        ivec2 proposed_texel = texel_beside(environment_uv(proposed_w), jitter);
+        vec2 lit_uv;
+        ivec2 lit_texel = sample_light(slots, sequence_point(index, light_seed), lit_uv);
+        vec3 lit_w = environment_direction(lit_uv);
+        vec3 lit = lit_w * local_to_environment;
         int technique = 0;
         do {
-            vec3 w = technique == 0 ? local_to_environment * proposed : environment_direction(lit_uv);
-            vec2 uv = technique == 0 ? environment_uv(w) : lit_uv;
-            vec3 wi = technique == 0 ? proposed : w * local_to_environment;
+            vec3 wi = technique == 0 ? proposed : lit;
             if (wi.z > HORIZON) {
                 Geometry g = geometry(wi, wo);
-                vec4 light = environment_light(uv);
-                float pdf = pdf_mixture(proposals, g) + (techniques > 1 ? pdf_light(light.a, w) : 0.0);
+                vec4 light = texelFetch(radiance, technique == 0 ? proposed_texel : lit_texel, 0);
+                float pdf = pdf_mixture(proposals, g);
+                if (techniques > 1) {
+                    pdf += pdf_light(slots, light.a, technique == 0 ? proposed_w : lit_w);
+                }
                 sum += lobes(g) * light.rgb * (g.cos_i / pdf);
             }
             technique++;
