@@ -12,6 +12,15 @@ def sequence_point(index: int, seed: tuple[int, int]) -> tuple[float, float]:
     return x / 2**_BITS, y / 2**_BITS
 
 
+def shuffled_index(index: int, seed: int) -> int:
+    """Another order of a sequence's points, in which the first 2^m are an aligned run of 2^m (Burley 2020, section 5).
+
+    Points of two sequences that are both taken by `index` share its bits, so that each half of one square would be seen
+    with its own half of the other's, however many are drawn. One of them has to be taken in another order.
+    """
+    return _reversed(_permuted_upwards(_reversed(index), seed))
+
+
 def _permuted_upwards(v: int, seed: int) -> int:
     v = (v + seed) & _MASK
     for factor in (0x6C50B47C, 0xB82F1E52, 0xC7AFE638, 0x8D22F6E6):

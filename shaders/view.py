@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 from brdf.errors import UserError
 
 from .scene import Camera, Scene
-from .sequence import sequence_point
+from .sequence import sequence_point, shuffled_index
 
 # Depth range: objects of about unit size, some units away.
 _NEAR, _FAR = 0.01, 1000.0
-# Of the sequences of offsets within a pixel, one for each sum: any numbers that have nothing in common.
+# Of the offsets within a pixel and of their order, for each sum: any numbers that have nothing in common.
 _SEEDS = ((123456789, 362436069), (521288629, 88675123))
+_ORDERS = (2654435769, 2246822507)
 
 
 def _axes(camera: Camera) -> NDArray[np.float64]:
@@ -70,9 +71,10 @@ def jitter_ndc(scene: Scene, index: int, seed: int) -> tuple[float, float]:
     """The offset of a frame within the pixel, in units where the picture is 2 wide and high.
 
     The sequences of two sums are independent of each other: else their difference would not tell the error at edges. An
-    only frame is not moved: it has several samples per pixel.
+    only frame is not moved: it has several samples per pixel. The shaders take their points in the frames' order, so
+    the offsets have an order of their own.
     """
     if scene.tier == "interactive":
         return 0.0, 0.0
-    x, y = sequence_point(index, _SEEDS[seed])
+    x, y = sequence_point(shuffled_index(index, _ORDERS[seed]), _SEEDS[seed])
     return (2 * x - 1) / scene.width, (2 * y - 1) / scene.height

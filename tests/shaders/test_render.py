@@ -173,10 +173,10 @@ def _truth(material: AbstractBRDF, environment: Environment, x: float, y: float)
 @pytest.mark.parametrize("name", list(MATERIALS))
 def test_a_lit_ball_agrees_with_float64_quadrature(name: str):
     size = 49
-    image = _picture(MATERIALS[name], _smooth(), width=size, height=size, samples=1500)
+    image = _picture(MATERIALS[name], _smooth(), width=size, height=size, samples=6000)
     for row, column in ((24, 24), (15, 28), (30, 12), (13, 15), (24, 41)):
         x, y = (2 * column + 1) / size - 1, 1 - (2 * row + 1) / size
-        # 1 %: the noise of 1500 samples, the mean over a pixel of 1/20 of the ball, and the cut at the horizon.
+        # 1 %: the noise of 6000 samples, the mean over a pixel of 1/20 of the ball, and the cut at the horizon.
         np.testing.assert_allclose(image.pixels[row, column], _truth(MATERIALS[name], _smooth(), x, y), rtol=0.01)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import brdf
 from shaders import evaluation
-from shaders.sequence import sequence_point
+from shaders.sequence import sequence_point, shuffled_index
 
 pytestmark = pytest.mark.gpu
 _TEXT = """
@@ -55,3 +55,16 @@ def test_the_hosts_points_are_those_of_the_shader():
     drawn = evaluation._run(text, brdf.build("lambert"), numbers, seeds)[:, :2]
     expected = [sequence_point(i, (123456, 7654321)) for i in range(64)]
     np.testing.assert_allclose(drawn, expected, atol=2**-23)
+
+
+def test_another_order_of_the_points_has_the_same_runs_and_shares_no_bit_with_the_index():
+    order = np.array([shuffled_index(i, 2654435769) for i in range(4096)])
+    for m in (1, 4, 8):
+        # Each aligned run of 2^m indices becomes one.
+        assert len(np.unique(order.reshape(-1, 1 << m) >> m)) == 4096 >> m
+        np.testing.assert_array_equal(np.ptp(order.reshape(-1, 1 << m) >> m, axis=1), 0)
+    # Bits of the order agree with those of the index half the time; 5 standard deviations of the mean.
+    for one in range(5):
+        for other in range(8):
+            alike = (order >> one & 1) == (np.arange(4096) >> other & 1)
+            assert abs(alike.mean() - 0.5) < 5 * 0.5 / (2048 >> one) ** 0.5
