@@ -25,6 +25,8 @@ _HEADER_MAX = 1 << 16
 _EXPOSURE_MIN = 1e-30
 # New run lengths exist for these line lengths (Radiance color.c: MINELEN, MAXELEN).
 _NEW_MIN, _NEW_MAX = 8, 32767
+# By the exponent's byte; 0 is black.
+_SCALES = np.where(np.arange(256) > 0, np.ldexp(np.float32(1), np.arange(256) - 136), np.float32(0))
 _EXPORT_AGAIN = "Export it again, or use an .exr."
 
 
@@ -123,25 +125,29 @@ def _read_line(path: str | os.PathLike[str], data: bytes, start: int, length: in
 
 def _read_new_line(path: str | os.PathLike[str], data: bytes, start: int, length: int) -> tuple[NDArray[np.uint8], int]:
     """Four components one after the other; a count above 128 is a run, else that many bytes follow."""
-    components = []
-    for _ in range(4):
-        line = bytearray()
-        while len(line) < length:
-            if start + 1 >= len(data):
-                raise _truncated(path, len(data))
-            count = data[start]
-            if count > 128:
-                line += data[start + 1 : start + 2] * (count - 128)
-                start += 2
-            else:
-                line += data[start + 1 : start + 1 + count]
-                start += 1 + count
-            if count == 0 or start > len(data):
-                raise _truncated(path, len(data)) if count else _damaged(path, start - 1)
-        if len(line) != length:
-            raise _damaged(path, start)
-        components.append(np.frombuffer(bytes(line), np.uint8))
-    return np.stack(components, axis=-1), start
+    line = bytearray()
+    try:
+        for _ in range(4):
+            left = length
+            while left > 0:
+                count = data[start]
+                if count > 128:
+                    count -= 128
+                    line += data[start + 1 : start + 2] * count
+                    start += 2
+                elif count:
+                    line += data[start + 1 : start + 1 + count]
+                    start += 1 + count
+                else:
+                    raise _damaged(path, start)
+                left -= count
+            if left < 0:
+                raise _damaged(path, start)
+    except IndexError:
+        raise _truncated(path, len(data)) from None
+    if start > len(data):
+        raise _truncated(path, len(data))
+    return np.frombuffer(bytes(line), np.uint8).reshape(4, length).T, start
 
 
 def _read_old_line(path: str | os.PathLike[str], data: bytes, start: int, length: int) -> tuple[NDArray[np.uint8], int]:
@@ -183,6 +189,4 @@ def _orient(rgbe: NDArray[np.uint8], header: _Header) -> NDArray[np.uint8]:
 
 
 def _decode(rgbe: NDArray[np.uint8]) -> NDArray[np.float32]:
-    exponent = rgbe[..., 3:].astype(np.int32)
-    scale = np.where(exponent > 0, np.ldexp(np.float32(1), exponent - 136), np.float32(0))
-    return np.ascontiguousarray(rgbe[..., :3] * scale, np.float32)
+    return np.ascontiguousarray(rgbe[..., :3] * _SCALES[rgbe[..., 3:]], np.float32)

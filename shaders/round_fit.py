@@ -68,7 +68,7 @@ class _Shape:
 
     def column(self, samples: Samples, i: int) -> Array:
         x = _tan2_half(samples, self.tilt[i], self.lean[i])
-        return _in_cells(samples, round_values(x, float(self.power[i]), math.exp(self.log_width[i])))
+        return samples.in_cells(round_values(x, float(self.power[i]), math.exp(self.log_width[i])))
 
 
 _NOTHING = _Shape(np.zeros(0), np.zeros(0), np.zeros((0, _TILT_COEFFICIENTS)), np.zeros(0))
@@ -135,7 +135,7 @@ class _Candidates:
     def _cost(self, i: int, j: int, known: Array) -> float:
         if (i, j) not in self._columns:
             values = round_values(self._mirrored, POWERS[i], float(_WIDTHS[j]))
-            self._columns[i, j] = _in_cells(self._samples, values)
+            self._columns[i, j] = self._samples.in_cells(values)
         return self._samples.cost(np.concatenate([self._columns[i, j][..., None], known], axis=-1))
 
 
@@ -290,17 +290,12 @@ def _leaning_back(lean: Array) -> NDArray[np.intp]:
 def _column(samples: Samples, kernel: Kernel, tilt: Array, lean: float) -> Array:
     if kernel.power == 0:
         return _at_horizon(samples, kernel)
-    return _in_cells(samples, kernel.values(_tan2_half(samples, tilt, lean)))
+    return samples.in_cells(kernel.values(_tan2_half(samples, tilt, lean)))
 
 
 def _at_horizon(samples: Samples, kernel: Kernel) -> Array:
     cosine = np.maximum(samples.wi[..., 2], 0.0)
-    return _in_cells(samples, kernel.values((1 - cosine) / (1 + cosine)))
-
-
-def _in_cells(samples: Samples, values: Array) -> Array:
-    """Values at the directions of light, shape (v, k), summed over cells, shape (v, c)."""
-    return (samples.cells @ values[..., None])[..., 0]
+    return samples.in_cells(kernel.values((1 - cosine) / (1 + cosine)))
 
 
 def _tan2_half(samples: Samples, tilt: Array, lean: float) -> Array:

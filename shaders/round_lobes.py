@@ -34,7 +34,7 @@ from .source import assemble
 from .twin import Twin
 
 # Names the way in which lobes are found: another one must not find the lobes that this one kept.
-_KIND = "lobes-8"
+_KIND = "lobes-9"
 # Of the viewer, in the table: neighbours differ by less than eight bits show.
 _COSINES = 1024
 

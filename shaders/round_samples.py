@@ -24,6 +24,7 @@ _BELOW = (10, 20)
 # Within the first ring, in radians, no environment tells directions apart.
 _RINGS = np.array([0.02, 0.035, 0.06, 0.1, 0.17, 0.28, 0.46, 0.75, 1.2])
 _SECTORS = 8
+_CELLS = (len(_RINGS) + 1) * _SECTORS
 # An error counts relative to the light of its cell, above this part of a diffuse surface's: a highlight's tail is seen
 # too.
 _FLOOR = 0.01
@@ -40,7 +41,8 @@ class Samples:
     """The weights f cos_i of a material for v viewers at k directions of light each, summed over c cells.
 
     - `wi`: shape (v, k, 3). `wo`: shape (v, 3).
-    - `cells`: shape (v, c, k), the solid angle of each direction, in the cell that it belongs to.
+    - `cell`: shape (v, k), of 0 to v c - 1: the viewer times c plus the cell that the direction belongs to.
+    - `solid_angle`: shape (v, k), of each direction.
     - `value`: shape (v, c, 3), what each cell reflects over the viewer's mean albedo.
     - `albedo`: shape (v, 3), over the mean of its channels.
     - `importance`: shape (v, c), of the square of an error of `value`.
@@ -52,13 +54,18 @@ class Samples:
 
     wi: Array
     wo: Array
-    cells: Array
+    cell: NDArray[np.intp]
+    solid_angle: Array
     value: Array
     albedo: Array
     importance: Array
     area: Array
     basis: Array
     azimuth: float
+
+    def in_cells(self, values: Array) -> Array:
+        """Values at the directions of light, shape (v, k), integrated over each cell, shape (v, c)."""
+        return _in_cells(self.cell, values * self.solid_angle)
 
     def amplitudes(self, columns: Array, value: Array, albedo: Array) -> Array:
         """The non-negative coefficients, shape (n, b), by which n kernels come nearest to one channel.
@@ -117,14 +124,15 @@ def sample_material(evaluate: Evaluate, is_anisotropic: bool) -> Samples:
     value, albedo = value / scale[:, None, None], albedo / scale[:, None]
     area = np.repeat(weights * cosine, around)
     area /= area.sum()
-    cells = _cells(wi, wo, solid_angle)
-    reflected = cells @ value
-    importance = area[:, None] / (reflected.mean(axis=2) + _FLOOR / np.pi * cells.sum(axis=2) + 1e-12)
+    cell = _cells(wi, wo)
+    reflected = np.stack([_in_cells(cell, value[..., c] * solid_angle) for c in range(3)], axis=-1)
+    diffuse = _FLOOR / np.pi * _in_cells(cell, solid_angle)
+    importance = area[:, None] / (reflected.mean(axis=2) + diffuse + 1e-12)
     degree = _DEGREE[is_anisotropic]
     basis = np.stack([math.comb(degree, b) * cos_o**b * (1 - cos_o) ** (degree - b) for b in range(degree + 1)], axis=1)
     if is_anisotropic:
         basis = np.concatenate([basis * (np.cos(turn) ** 2)[:, None], basis * (np.sin(turn) ** 2)[:, None]], axis=1)
-    return Samples(wi, wo, cells, reflected, albedo, importance, area, basis / scale[:, None], azimuth)
+    return Samples(wi, wo, cell, solid_angle, reflected, albedo, importance, area, basis / scale[:, None], azimuth)
 
 
 def _pairs(cos_o: Array, phi: Array) -> tuple[Array, Array, Array]:
@@ -149,8 +157,8 @@ def _below() -> tuple[Array, Array]:
     return w, np.repeat(0.5 * weights, around) * (2 * np.pi / around)
 
 
-def _cells(wi: Array, wo: Array, solid_angle: Array) -> Array:
-    """See `Samples.cells`."""
+def _cells(wi: Array, wo: Array) -> NDArray[np.intp]:
+    """See `Samples.cell`."""
     mirrored = wo * [-1.0, -1.0, 1.0]
     distance = 2 * np.arcsin(np.minimum(0.5 * np.linalg.norm(wi - mirrored[:, None], axis=2), 1.0))
     # Seen along the mirror direction: across the plane of incidence, and in it.
@@ -158,11 +166,13 @@ def _cells(wi: Array, wo: Array, solid_angle: Array) -> Array:
     within = np.cross(across, mirrored)
     turn = np.arctan2(np.einsum("vki,vi->vk", wi, across), np.einsum("vki,vi->vk", wi, within))
     sector = np.floor((turn / (2 * np.pi) + 0.5) * _SECTORS).astype(int) % _SECTORS
-    cell = np.searchsorted(_RINGS, distance) * _SECTORS + sector
-    found = np.zeros((len(wo), (len(_RINGS) + 1) * _SECTORS, wi.shape[1]))
-    viewer, direction = np.indices(cell.shape)
-    found[viewer, cell, direction] = solid_angle
-    return found
+    return np.searchsorted(_RINGS, distance) * _SECTORS + sector + np.arange(len(wo))[:, None] * _CELLS
+
+
+def _in_cells(cell: NDArray[np.intp], weights: Array) -> Array:
+    """The sums of weights, shape (v, k), over each cell, shape (v, c)."""
+    sums = np.bincount(cell.ravel(), weights.ravel(), len(cell) * _CELLS)
+    return np.asarray(sums, np.float64).reshape(-1, _CELLS)
 
 
 def _wide_direction(evaluate: Evaluate) -> float:
