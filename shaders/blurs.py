@@ -34,17 +34,23 @@ _GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 
 def blur_name(environment: Environment, kernel: Kernel) -> str:
     """The resource of the environment blurred by a kernel."""
-    if _is_sharp(kernel):
+    if is_sharp(kernel):
         return "sky_cube"
     return f"blur[{environment.digest[:8]} {kernel.name}]"
 
 
+def dim_name(environment: Environment) -> str:
+    """The resource of the environment's cube map without its lamps."""
+    return f"dim_cube[{environment.digest[:8]}]"
+
+
 def is_sampled(kernel: Kernel) -> bool:
-    """Whether a blur by this kernel reads `DimCube`."""
+    """Whether a blur by this kernel reads the cube map without lamps."""
     return kernel.power > 0 and WIDTH_MIN <= kernel.width < WIDTH_SAMPLED
 
 
-def _is_sharp(kernel: Kernel) -> bool:
+def is_sharp(kernel: Kernel) -> bool:
+    """Whether a kernel is narrower than a texel: its blur is the environment's own cube map."""
     return kernel.power > 0 and kernel.width < WIDTH_MIN
 
 
@@ -56,7 +62,10 @@ def make_sky_cube(ctx: moderngl.Context, programs: Programs, radiance: moderngl.
 def make_dim_cube(
     ctx: moderngl.Context, programs: Programs, radiance: moderngl.Texture, environment: Environment
 ) -> moderngl.TextureCube:
-    """The environment's cube map without its lamps, which narrow kernels are sampled from."""
+    """An environment's cube map without its lamps, which narrow kernels are sampled from.
+
+    `radiance` may hold the environment with its sun, of which nothing below the lamps' limit is left either way.
+    """
     return _levels(ctx, programs, radiance, find_lamps(environment).limit)
 
 

@@ -61,6 +61,7 @@ class KeptPixels:
         if self._pixels is None or self._texture is None or pixels.shape != self._pixels.shape:
             self._pixels, self._texture = pixels, self._ctx.texture((width, height), 4, pixels.tobytes(), dtype="f4")
             self._texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self._texture.repeat_x = self._texture.repeat_y = False
             return pixels.nbytes
         differs = np.flatnonzero((pixels != self._pixels).any(axis=(1, 2)))
         self._pixels = pixels

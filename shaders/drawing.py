@@ -30,6 +30,11 @@ def table_name(index: int, table: int) -> str:
     return f"table[{index}.{table}]"
 
 
+def material_names(index: int, part: Part) -> set[str]:
+    """The resources of all that the material of the visible part of this index reads."""
+    return {block_name(index), *(table_name(index, table) for table in range(len(part.twin.buffers)))}
+
+
 def prepare_parts(
     frame: Frame,
     program_of: Callable[[Part], moderngl.Program],

@@ -32,11 +32,12 @@ _RIDGE = 1e-10
 # How much a lobe counts that is away from the mirror direction by its width: else a faint one may lie anywhere, and the
 # sun shines twice. Less towards the rim, where highlights do lean away from there.
 _ASTRAY = 0.02
-# Another lobe must make the sum of squares smaller by this part; below this misfit none is added.
-_GAIN = 0.12
-_GOOD = 0.02
+# Another lobe must make the sum of squares smaller by this part. None is added below this misfit, by how many there are:
+# one look-up more takes longer than what it mends then is seen.
+_GAIN = 0.3
+_GOOD = (0.02, 0.06, 0.13)
 # Lobes that never reflect this part of what the others do are left out.
-_SHARE_MIN = 0.02
+_SHARE_MIN = 0.05
 # A brushed material's lobes: their places along the wide direction, in units of a spread that is searched.
 _PLACES = (-1.6, -0.8, 0.0, 0.8, 1.6)
 _ENDING_AT_HORIZON = (COSINE, SATURATED)
@@ -82,7 +83,7 @@ def fit_lobes(evaluate: Evaluate, is_anisotropic: bool) -> RoundFit:
     at_horizon = np.stack([_at_horizon(samples, kernel) for kernel in _ENDING_AT_HORIZON], axis=-1)
     cost = samples.cost(at_horizon)
     shape = _NOTHING
-    if cost > _GOOD**2:
+    if cost > _GOOD[0] ** 2:
         shape = (_brushed if is_anisotropic else _stacked)(samples, at_horizon, cost)
     round_kernels = [nearest_kernel(float(p), math.exp(w)) for p, w in zip(shape.power, shape.log_width, strict=True)]
     kernels = (*round_kernels, *_ENDING_AT_HORIZON)
@@ -95,7 +96,9 @@ def _stacked(samples: Samples, at_horizon: Array, cost: float) -> _Shape:
     """Lobes in the plane of incidence, one after the other: the best of all widths and powers, then all searched."""
     shape = _NOTHING
     candidates = _Candidates(samples)
-    for count in range(len(_STEPS)):
+    for count, steps in enumerate(_STEPS):
+        if cost < _GOOD[count] ** 2:
+            break
         known = np.concatenate([shape.columns(samples), at_horizon], axis=-1) if count else at_horizon
         power, width = candidates.best(known)
         grown = _Shape(
@@ -104,12 +107,10 @@ def _stacked(samples: Samples, at_horizon: Array, cost: float) -> _Shape:
             np.concatenate([shape.tilt, _MIRRORED[None]]),
             np.zeros(count + 1),
         )
-        grown, new_cost = _search(samples, at_horizon, grown, _STEPS[count])
+        grown, new_cost = _search(samples, at_horizon, grown, steps)
         if new_cost > (1 - _GAIN) * cost:
             break
         shape, cost = grown, new_cost
-        if cost < _GOOD**2:
-            break
     return shape
 
 

@@ -34,7 +34,7 @@ from .source import assemble
 from .twin import Twin
 
 # Names the way in which lobes are found: another one must not find the lobes that this one kept.
-_KIND = "lobes-9"
+_KIND = "lobes-10"
 # Of the viewer, in the table: neighbours differ by less than eight bits show.
 _COSINES = 1024
 
@@ -61,9 +61,20 @@ class RoundLobes:
     def is_anisotropic(self) -> bool:
         return self.amplitude.shape[1] == 2
 
+    @property
+    def highlight_width(self) -> float | None:
+        """The width of the one kernel that is as high as all round ones together are to a viewer above; None if nothing
+        is reflected to there but what ends at the horizon."""
+        amplitude = np.maximum(self.amplitude.sum(axis=2), 0).mean(axis=(1, 2))
+        widths = np.array([kernel.width for kernel in self.kernels])
+        is_round = np.array([kernel.power > 0 for kernel in self.kernels]) & (amplitude > 0)
+        if not is_round.any():
+            return None
+        return math.sqrt(amplitude[is_round].sum() / (amplitude / widths**2)[is_round].sum())
+
     def defines(self) -> dict[str, str]:
         """What `glsl/round_lobes.glsl` is compiled with."""
-        return {"LOBES": str(len(self.kernels)), "AZIMUTHS": str(self.amplitude.shape[1]), "COSINES": str(_COSINES)}
+        return {"LOBES": str(len(self.kernels)), "AZIMUTHS": str(self.amplitude.shape[1])}
 
     def uniforms(self) -> dict[str, Any]:
         """The uniforms of `glsl/round_lobes.glsl` that are not textures."""

@@ -61,10 +61,15 @@ def view_rays(scene: Scene) -> tuple[float, ...]:
     return _column_major(np.stack([right * half * scene.width / scene.height, up * half, -backwards], axis=-1))
 
 
-def world_to_environment(scene: Scene) -> tuple[float, ...]:
-    """A `mat3` that undoes the environment's counter-clockwise rotation about +y."""
+def environment_to_world(scene: Scene) -> NDArray[np.float64]:
+    """The matrix of the environment's counter-clockwise rotation about +y, shape (3, 3)."""
     cosine, sine = math.cos(scene.rotation), math.sin(scene.rotation)
-    return _column_major(np.array([[cosine, 0, -sine], [0, 1, 0], [sine, 0, cosine]]))
+    return np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]])
+
+
+def world_to_environment(scene: Scene) -> tuple[float, ...]:
+    """A `mat3` that undoes the environment's rotation."""
+    return _column_major(environment_to_world(scene).T)
 
 
 def jitter_ndc(scene: Scene, index: int, seed: int) -> tuple[float, float]:

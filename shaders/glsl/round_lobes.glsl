@@ -1,16 +1,17 @@
 // A material as a few round lobes, each lit by the environment blurred by its kernel. The host side of this file is
 // shaders/round_lobes.py, which says what the numbers are.
 //
-// Compiled with LOBES, AZIMUTHS (2 for a brushed material, else 1) and COSINES, of the table.
+// Compiled with LOBES and AZIMUTHS (2 for a brushed material, else 1).
 
 // A row for each lobe and azimuth: at the cosines (i + 1/2) / COSINES of the viewer, the amplitude and the tilt. One
-// fetch costs a third of the polynomials that it was made of, and the steps are too fine to be seen.
+// look-up costs a fifth of the polynomials that it was made of, and the steps are too fine to be seen. A nearest texel
+// that is sampled costs software renderers half of one that is fetched.
 uniform sampler2D lobe_table;
 
 uniform samplerCube blurred[LOBES];
 
 vec4 lobe_row(int row, float cos_o) {
-    return texelFetch(lobe_table, ivec2(min(int(cos_o * float(COSINES)), COSINES - 1), row), 0);
+    return textureLod(lobe_table, vec2(cos_o, (float(row) + 0.5) / float(LOBES * AZIMUTHS)), 0.0);
 }
 
 #if AZIMUTHS == 2

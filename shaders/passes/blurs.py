@@ -6,38 +6,44 @@ from collections.abc import Callable
 
 import moderngl
 
-from ..blurs import blur_name, is_sampled, make_blur
+from ..blurs import blur_name, dim_name, is_sampled, make_blur
 from ..culling import visible_parts
+from ..environment import Environment
 from ..frame import Frame
 from ..kernel import Kernel
 from ..plan import Pass
 from ..round_lobes import round_lobes
-from ..scene import Part, Scene
+from ..scene import Scene
+from ..sun import light_of
 
 
 def declare(scene: Scene) -> Pass:
-    """Writes a cube map `blur[...]` per environment and kernel; enabled for `scene.tier = "interactive"`."""
-    enabled = scene.tier == "interactive"
-    kernels = _kernels(visible_parts(scene)) if enabled else ()
-    writes = {blur_name(scene.environment, kernel) for kernel in kernels} - {"sky_cube"}
-    reads = {"dim_cube"} if any(map(is_sampled, kernels)) else set()
-    return Pass("blurs", frozenset(reads), frozenset(writes), scene.environment.digest, enabled and bool(writes))
+    """Writes a cube map `blur[...]` per light and kernel; enabled for `scene.tier = "interactive"`."""
+    wanted = wanted_blurs(scene)
+    writes = {blur_name(*one) for one in wanted} - {"sky_cube"}
+    reads = {dim_name(light) for light, kernel in wanted if is_sampled(kernel)}
+    return Pass("blurs", frozenset(reads), frozenset(writes), scene.environment.digest, bool(writes))
 
 
 def prepare(frame: Frame) -> Callable[[int], None]:
     """The blurs that are not there yet: names tell what they are made of."""
 
     def draw(number: int) -> None:
-        dim = frame.store.get("dim_cube")
-        assert dim is None or isinstance(dim, moderngl.TextureCube)
         # The one of the highest degree finds out about the environment what serves the others.
-        for kernel in sorted(_kernels(frame.visible), key=lambda one: -one.degree):
-            name = blur_name(frame.scene.environment, kernel)
+        for light, kernel in sorted(wanted_blurs(frame.scene), key=lambda one: -one[1].degree):
+            name = blur_name(light, kernel)
             if name not in frame.store:
-                frame.keep(name, make_blur(frame.ctx, frame.programs, frame.scene.environment, kernel, dim))
+                dim = frame.store.get(dim_name(light))
+                assert dim is None or isinstance(dim, moderngl.TextureCube)
+                frame.keep(name, make_blur(frame.ctx, frame.programs, light, kernel, dim))
 
     return draw
 
 
-def _kernels(parts: tuple[Part, ...]) -> tuple[Kernel, ...]:
-    return tuple(sorted({kernel for part in parts for kernel in round_lobes(part.twin).kernels}))
+def wanted_blurs(scene: Scene) -> tuple[tuple[Environment, Kernel], ...]:
+    """The blurs that the visible parts look up: of what, and by which kernel. None in other tiers."""
+    found = set[tuple[Environment, Kernel]]()
+    for part in visible_parts(scene) if scene.tier == "interactive" else ():
+        lobes = round_lobes(part.twin)
+        found |= {(light_of(scene.environment, lobes)[0], kernel) for kernel in lobes.kernels}
+    return tuple(sorted(found, key=lambda one: (one[0].digest, one[1])))

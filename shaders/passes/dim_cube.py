@@ -1,4 +1,4 @@
-"""Makes the environment's cube map without its brightest texels, for narrow kernels."""
+"""Makes cube maps of the environment without its brightest texels, for narrow kernels."""
 
 from __future__ import annotations
 
@@ -6,15 +6,18 @@ from collections.abc import Callable
 
 import moderngl
 
-from ..blurs import make_dim_cube
+from ..blurs import dim_name, is_sampled, make_dim_cube
+from ..environment import Environment
 from ..frame import Frame
 from ..plan import Pass
 from ..scene import Scene
+from .blurs import wanted_blurs
 
 
 def declare(scene: Scene) -> Pass:
-    """Writes `dim_cube`, a cube map with all its levels, made of `radiance`."""
-    return Pass("dim_cube", reads=frozenset({"radiance"}), writes=frozenset({"dim_cube"}))
+    """Writes a `dim_cube[...]` with all its levels per light that is blurred narrowly, made of `radiance`."""
+    names = frozenset(map(dim_name, _lights(scene)))
+    return Pass("dim_cube", reads=frozenset({"radiance"}), writes=names, enabled=bool(names))
 
 
 def prepare(frame: Frame) -> Callable[[int], None]:
@@ -22,6 +25,11 @@ def prepare(frame: Frame) -> Callable[[int], None]:
 
     def draw(number: int) -> None:
         radiance = frame.resource("radiance", moderngl.Texture)
-        frame.keep("dim_cube", make_dim_cube(frame.ctx, frame.programs, radiance, frame.scene.environment))
+        for light in _lights(frame.scene):
+            frame.keep(dim_name(light), make_dim_cube(frame.ctx, frame.programs, radiance, light))
 
     return draw
+
+
+def _lights(scene: Scene) -> set[Environment]:
+    return {light for light, kernel in wanted_blurs(scene) if is_sampled(kernel)}

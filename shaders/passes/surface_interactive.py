@@ -9,13 +9,14 @@ import moderngl
 from ..blurs import blur_name
 from ..buffers import KeptPixels
 from ..culling import visible_parts
-from ..drawing import mesh_name, prepare_parts
+from ..drawing import bind_materials, material_names, mesh_name, prepare_parts
 from ..frame import FIRST_BLUR, UNITS, Frame
 from ..plan import Pass
 from ..program import set_uniforms
 from ..round_lobes import RoundLobes, round_lobes
 from ..scene import Part, Scene
-from ..view import world_to_environment
+from ..sun import light_of
+from ..view import environment_to_world, world_to_environment
 from . import depth
 from .round_lobes import lobes_name
 
@@ -25,15 +26,20 @@ def declare(scene: Scene) -> Pass:
     enabled = scene.tier == "interactive"
     reads: set[str] = set()
     lobes: list[RoundLobes] = []
+    suns = ""
     if enabled:
         parts = visible_parts(scene)
         lobes = [round_lobes(part.twin) for part in parts]
         for i, part in enumerate(parts):
             reads |= {mesh_name(part), lobes_name(i)}
-            reads |= {blur_name(scene.environment, kernel) for kernel in round_lobes(part.twin).kernels}
+            light, sun = light_of(scene.environment, lobes[i])
+            reads |= {blur_name(light, kernel) for kernel in lobes[i].kernels}
+            if sun is not None:
+                reads |= material_names(i, part)
+                suns = scene.environment.digest
         if depth.declare(scene).enabled:
             reads |= {"depth"}
-    key = (scene.camera, scene.width, scene.height, scene.rotation, tuple(one.kernels for one in lobes))
+    key = (scene.camera, scene.width, scene.height, scene.rotation, tuple(one.kernels for one in lobes), suns)
     return Pass("surface_interactive", frozenset(reads), frozenset({"frame"}), key, enabled, every_frame=True)
 
 
@@ -41,14 +47,25 @@ def prepare(frame: Frame) -> Callable[[int], None]:
     """The drawing of the frame; the number of the frame is 0."""
 
     def program_of(part: Part) -> moderngl.Program:
-        defines = round_lobes(part.twin).defines()
-        return frame.programs.graphics("pass/surface.vert", "pass/interactive.frag", defines, {})
+        lobes = round_lobes(part.twin)
+        has_sun = light_of(frame.scene.environment, lobes)[1] is not None
+        defines = lobes.defines() | {"SUN": str(int(has_sun))}
+        generated = {"material": part.twin.text if has_sun else ""}
+        return frame.programs.graphics("pass/surface.vert", "pass/interactive.frag", defines, generated)
+
+    bind_material = bind_materials(frame)
 
     def bind(index: int) -> None:
         part = frame.visible[index]
         lobes = round_lobes(part.twin)
+        light, sun = light_of(frame.scene.environment, lobes)
+        if sun is not None:
+            bind_material(index)
+            towards = environment_to_world(frame.scene) @ sun.direction
+            values = {"sun_direction": tuple(towards), "sun_irradiance": tuple(sun.irradiance)}
+            set_uniforms(program_of(part), values)
         for unit, kernel in enumerate(lobes.kernels, FIRST_BLUR):
-            frame.resource(blur_name(frame.scene.environment, kernel), moderngl.TextureCube).use(unit)
+            frame.resource(blur_name(light, kernel), moderngl.TextureCube).use(unit)
         units = list(range(FIRST_BLUR, FIRST_BLUR + len(lobes.kernels)))
         frame.resource(lobes_name(index), KeptPixels).texture.use(UNITS["lobe_table"])
         textures = {"blurred": units if len(units) > 1 else units[0], "lobe_table": UNITS["lobe_table"]}

@@ -1,7 +1,10 @@
 // A surface lit by the environment in one look-up per round lobe of its material.
 
 #include "round_lobes.glsl"
-#if AZIMUTHS == 2
+#if SUN
+#include "sun.glsl"
+#endif
+#if AZIMUTHS == 2 || SUN
 #include "tangent.glsl"
 #endif
 
@@ -24,5 +27,8 @@ void main() {
     color = vec4(lit_by_lobes(world_to_environment * tangent_frame(n), world_to_environment * v, cos_o), 1.0);
 #else
     color = vec4(lit_by_lobes(world_to_environment * n, world_to_environment * v, cos_o), 1.0);
+#endif
+#if SUN
+    color.rgb += lit_by_sun(tangent_frame(n), v, cos_o);
 #endif
 }
