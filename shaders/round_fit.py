@@ -32,8 +32,8 @@ _RIDGE = 1e-10
 # How much a lobe counts that is away from the mirror direction by its width: else a faint one may lie anywhere, and the
 # sun shines twice. Less towards the rim, where highlights do lean away from there.
 _ASTRAY = 0.02
-# Another lobe must make the sum of squares smaller by this part. None is added below this misfit, by how many there are:
-# one look-up more takes longer than what it mends then is seen.
+# Another lobe must make the sum of squares smaller by this part. None is added below this misfit, by how many there are
+# already: what it would mend is hardly seen, and each costs a look-up.
 _GAIN = 0.3
 _GOOD = (0.02, 0.06, 0.13)
 # Lobes that never reflect this part of what the others do are left out.

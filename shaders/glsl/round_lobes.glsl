@@ -3,9 +3,9 @@
 //
 // Compiled with LOBES and AZIMUTHS (2 for a brushed material, else 1).
 
-// A row for each lobe and azimuth: at the cosines (i + 1/2) / COSINES of the viewer, the amplitude and the tilt. One
-// look-up costs a fifth of the polynomials that it was made of, and the steps are too fine to be seen. A nearest texel
-// that is sampled costs software renderers half of one that is fetched.
+// A row for each lobe and azimuth: along it, by the viewer's cosine, the amplitude and the tilt. One look-up
+// costs a fifth of the polynomials that it was made of, and the steps are too fine to be seen. A nearest texel that is
+// sampled costs software renderers half of one that is fetched.
 uniform sampler2D lobe_table;
 
 uniform samplerCube blurred[LOBES];
