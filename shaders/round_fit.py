@@ -9,6 +9,7 @@ the next one makes enough of a difference.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -36,10 +37,15 @@ _ASTRAY = 0.02
 # already: what it would mend is hardly seen, and each costs a look-up.
 _GAIN = 0.3
 _GOOD = (0.02, 0.06, 0.13)
-# Lobes that never reflect this part of what the others do are left out.
-_SHARE_MIN = 0.05
-# A brushed material's lobes: their places along the wide direction, in units of a spread that is searched.
-_PLACES = (-1.6, -0.8, 0.0, 0.8, 1.6)
+# Lobes that never reflect this part of what the strongest does are left out, by whether they lie side by side, where
+# each has a part of one highlight.
+_SHARE_MIN = {False: 0.05, True: 0.01}
+# A brushed material's lobes: how far apart they lie along the wide direction at most, in units of their width, so that
+# a lamp's image is a streak and not a row of lamps; and how many there are.
+_APART = 1.3
+_BRUSHED_MIN, _BRUSHED_MAX = 5, 13
+# Of the farthest ones in units of a spread that is searched.
+_REACH = 1.6
 _ENDING_AT_HORIZON = (COSINE, SATURATED)
 
 
@@ -89,7 +95,8 @@ def fit_lobes(evaluate: Evaluate, is_anisotropic: bool) -> RoundFit:
     kernels = (*round_kernels, *_ENDING_AT_HORIZON)
     none = np.zeros(len(_ENDING_AT_HORIZON))
     tilt = np.concatenate([shape.tilt, np.zeros((len(none), _TILT_COEFFICIENTS))])
-    return _with_colors(samples, kernels, tilt, np.concatenate([shape.lean, none]))
+    lean = np.concatenate([shape.lean, none])
+    return _with_colors(samples, kernels, tilt, lean, _SHARE_MIN[is_anisotropic])
 
 
 def _stacked(samples: Samples, at_horizon: Array, cost: float) -> _Shape:
@@ -141,20 +148,31 @@ class _Candidates:
 
 
 def _brushed(samples: Samples, at_horizon: Array, cost: float) -> _Shape:
-    """Lobes of one width side by side: the best of a grid of widths, spreads and powers."""
-    n = len(_PLACES)
-    best, least = _NOTHING, cost
-    for power in (2.0, math.inf):
-        for width in _WIDTHS[2::2]:
-            for spread in _WIDTHS[2::2]:
-                if spread < 0.5 * width:
-                    continue
-                tilt, lean = np.tile(_MIRRORED, (n, 1)), spread * np.array(_PLACES)
-                shape = _Shape(np.full(n, power), np.full(n, math.log(width)), tilt, lean)
-                found = samples.cost(np.concatenate([shape.columns(samples), at_horizon], axis=-1))
-                if found < least:
-                    best, least = shape, found
-    return best
+    """Lobes of one width side by side: the best of each second width, and then of those around it and of all powers."""
+    costs: dict[tuple[float, int, int], float] = {}
+    spreads = range(2, len(_WIDTHS), 2)
+
+    def look(powers: Sequence[float], widths: Sequence[int]) -> tuple[float, int, int]:
+        for one in itertools.product(powers, widths, spreads):
+            shape = _row(*one)
+            if shape is not None and one not in costs:
+                costs[one] = samples.cost(np.concatenate([shape.columns(samples), at_horizon], axis=-1))
+        return min(costs, key=costs.__getitem__)
+
+    _, middle, _ = look([math.inf], spreads)
+    best = look([2.0, math.inf], range(middle - 1, min(middle + 2, len(_WIDTHS))))
+    shape = _row(*best)
+    return _NOTHING if shape is None or costs[best] >= cost else shape
+
+
+def _row(power: float, width: int, spread: int) -> _Shape | None:
+    """Lobes of one of `_WIDTHS`, evenly spaced over one of them; None if they are too far apart or all in one place."""
+    reach = _REACH * _WIDTHS[spread]
+    n = max(2 * math.ceil(reach / (_APART * _WIDTHS[width])) + 1, _BRUSHED_MIN)
+    if _WIDTHS[spread] < 0.5 * _WIDTHS[width] or n > _BRUSHED_MAX:
+        return None
+    tilt, lean = np.tile(_MIRRORED, (n, 1)), np.linspace(-reach, reach, n)
+    return _Shape(np.full(n, power), np.full(n, math.log(_WIDTHS[width])), tilt, lean)
 
 
 def _search(samples: Samples, at_horizon: Array, shape: _Shape, steps: int) -> tuple[_Shape, float]:
@@ -258,7 +276,7 @@ def _astray_derivative(samples: Samples, shape: _Shape) -> Array:
     return np.concatenate([by_width, by_tilt.reshape(v, n, -1)], axis=2).reshape(v * n, -1)
 
 
-def _with_colors(samples: Samples, kernels: Sequence[Kernel], tilt: Array, lean: Array) -> RoundFit:
+def _with_colors(samples: Samples, kernels: Sequence[Kernel], tilt: Array, lean: Array, share_min: float) -> RoundFit:
     """The amplitudes of each channel; lobes that reflect next to nothing are left out, the others solved for anew."""
     columns = np.stack([_column(samples, *one) for one in zip(kernels, tilt, lean, strict=True)], axis=-1)
     live = np.arange(len(kernels))
@@ -270,7 +288,7 @@ def _with_colors(samples: Samples, kernels: Sequence[Kernel], tilt: Array, lean:
         share = np.einsum("vb,nbc->nv", samples.basis, amplitude).max(axis=1)
         mirrored = _leaning_back(lean[live])
         share = np.maximum(share, share[mirrored])
-        is_live = share > _SHARE_MIN * share.max(initial=0.0)
+        is_live = share > share_min * share.max(initial=0.0)
         if is_live.all() or not is_live.any():
             break
         live = live[is_live]

@@ -34,7 +34,7 @@ from .source import assemble
 from .twin import Twin
 
 # Names the way in which lobes are found: another one must not find the lobes that this one kept.
-_KIND = "lobes-10"
+_KIND = "lobes-13"
 # Of the viewer, in the table: neighbours differ by less than eight bits show.
 _COSINES = 1024
 
@@ -62,6 +62,11 @@ class RoundLobes:
         return self.amplitude.shape[1] == 2
 
     @property
+    def cubes(self) -> tuple[Kernel, ...]:
+        """The kernels, each once: those of the blurred environments that are looked up."""
+        return tuple(sorted(set(self.kernels)))
+
+    @property
     def highlight_width(self) -> float | None:
         """The width of the one kernel that is as high as all round ones together are to a viewer above; None if nothing
         is reflected to there but what ends at the horizon."""
@@ -74,7 +79,13 @@ class RoundLobes:
 
     def defines(self) -> dict[str, str]:
         """What `glsl/round_lobes.glsl` is compiled with."""
-        return {"LOBES": str(len(self.kernels)), "AZIMUTHS": str(self.amplitude.shape[1])}
+        cube_of = ", ".join(str(self.cubes.index(kernel)) for kernel in self.kernels)
+        return {
+            "LOBES": str(len(self.kernels)),
+            "AZIMUTHS": str(self.amplitude.shape[1]),
+            "CUBES": str(len(self.cubes)),
+            "CUBE_OF_LOBE": f"int[]({cube_of})",
+        }
 
     def uniforms(self) -> dict[str, Any]:
         """The uniforms of `glsl/round_lobes.glsl` that are not textures."""

@@ -1,14 +1,16 @@
 // A material as a few round lobes, each lit by the environment blurred by its kernel. The host side of this file is
 // shaders/round_lobes.py, which says what the numbers are.
 //
-// Compiled with LOBES and AZIMUTHS (2 for a brushed material, else 1).
+// Compiled with LOBES, AZIMUTHS (2 for a brushed material, else 1), CUBES, the number of blurred environments, and
+// CUBE_OF_LOBE, which of them each lobe looks up.
 
 // A row for each lobe and azimuth: along it, by the viewer's cosine, the amplitude and the tilt. One look-up
 // costs a fifth of the polynomials that it was made of, and the steps are too fine to be seen. A nearest texel that is
 // sampled costs software renderers half of one that is fetched.
 uniform sampler2D lobe_table;
 
-uniform samplerCube blurred[LOBES];
+uniform samplerCube blurred[CUBES];
+const int cube_of_lobe[LOBES] = CUBE_OF_LOBE;
 
 vec4 lobe_row(int row, float cos_o) {
     return textureLod(lobe_table, vec2(cos_o, (float(row) + 0.5) / float(LOBES * AZIMUTHS)), 0.0);
@@ -34,7 +36,7 @@ vec3 lit_by_lobes(mat3 frame, vec3 v, float cos_o) {
         vec4 lobe = mix(lobe_row(2 * i + 1, cos_o), lobe_row(2 * i, cos_o), cos2_phi);
         vec3 h = normalize(n + lean[i] * wide);
         vec3 mirrored = 2.0 * dot(v, h) * h - v;
-        total += lobe.rgb * textureLod(blurred[i], h + lobe.a * (mirrored - h), 0.0).rgb;
+        total += lobe.rgb * textureLod(blurred[cube_of_lobe[i]], h + lobe.a * (mirrored - h), 0.0).rgb;
     }
     return total;
 }
@@ -45,7 +47,7 @@ vec3 lit_by_lobes(vec3 n, vec3 v, float cos_o) {
     vec3 total = vec3(0.0);
     for (int i = 0; i < LOBES; i++) {
         vec4 lobe = lobe_row(i, cos_o);
-        total += lobe.rgb * textureLod(blurred[i], n + lobe.a * to_mirrored, 0.0).rgb;
+        total += lobe.rgb * textureLod(blurred[cube_of_lobe[i]], n + lobe.a * to_mirrored, 0.0).rgb;
     }
     return total;
 }

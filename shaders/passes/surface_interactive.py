@@ -64,9 +64,9 @@ def prepare(frame: Frame) -> Callable[[int], None]:
             towards = environment_to_world(frame.scene) @ sun.direction
             values = {"sun_direction": tuple(towards), "sun_irradiance": tuple(sun.irradiance)}
             set_uniforms(program_of(part), values)
-        for unit, kernel in enumerate(lobes.kernels, FIRST_BLUR):
+        for unit, kernel in enumerate(lobes.cubes, FIRST_BLUR):
             frame.resource(blur_name(light, kernel), moderngl.TextureCube).use(unit)
-        units = list(range(FIRST_BLUR, FIRST_BLUR + len(lobes.kernels)))
+        units = list(range(FIRST_BLUR, FIRST_BLUR + len(lobes.cubes)))
         frame.resource(lobes_name(index), KeptPixels).texture.use(UNITS["lobe_table"])
         textures = {"blurred": units if len(units) > 1 else units[0], "lobe_table": UNITS["lobe_table"]}
         set_uniforms(program_of(part), textures | lobes.uniforms())

@@ -68,7 +68,7 @@ LIKENESS = {
     "sum": (brdf.build("lambert+ggx"), 0.018),
     "disney with clearcoat": (brdf.MODELS["disney"](base_color=(0.6, 0.1, 0.1), clearcoat=1.0), 0.02),
     "gltf with sheen": (brdf.MODELS["gltf"](base_color=(0.1, 0.1, 0.4), sheen_color=(0.8, 0.6, 0.6)), 0.04),
-    "brushed": (BRUSHED, 0.06),
+    "brushed": (BRUSHED, 0.07),
 }
 
 
