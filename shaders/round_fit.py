@@ -32,6 +32,7 @@ class RoundFit:
     lean: Array
     amplitude: Array
     azimuth: float
+    misfit: float
 
 
 def fit_lobes(evaluate: Evaluate, is_anisotropic: bool) -> RoundFit:
@@ -72,7 +73,10 @@ def _with_colors(samples: Samples, kernels: Sequence[Kernel], tilt: Array, lean:
     # A black material has one lobe all the same, of no amplitude.
     is_live = is_live if is_live.any() else np.arange(len(live)) == len(live) - len(_ENDING_AT_HORIZON)
     kept = live[is_live]
-    return RoundFit(tuple(kernels[i] for i in kept), tilt[kept], lean[kept], amplitude[is_live], samples.azimuth)
+    misfit = math.sqrt(samples.cost(columns[..., kept]))
+    return RoundFit(
+        tuple(kernels[i] for i in kept), tilt[kept], lean[kept], amplitude[is_live], samples.azimuth, misfit
+    )
 
 
 def _leaning_back(lean: Array) -> NDArray[np.intp]:

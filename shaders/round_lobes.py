@@ -34,7 +34,7 @@ from .source import assemble
 from .twin import Twin
 
 # Names the way in which lobes are found: another one must not find the lobes that this one kept.
-_KIND = "lobes-13"
+_KIND = "lobes-14"
 # Of the viewer, in the table: neighbours differ by less than eight bits show.
 _COSINES = 1024
 
@@ -49,6 +49,7 @@ class RoundLobes:
     - `amplitude`: shape (n, a, k, 3), coefficients of polynomials in cos_o, lowest first; a is 1, or 2 for the azimuths
       along and across the wide direction.
     - `azimuth`: of the wide direction in the tangent frame, radians.
+    - `misfit`: the root mean square error of the light reflected from a part of the sphere around, in units of that.
     """
 
     kernels: tuple[Kernel, ...]
@@ -56,6 +57,7 @@ class RoundLobes:
     lean: NDArray[np.float64]
     amplitude: NDArray[np.float64]
     azimuth: float
+    misfit: float
 
     @property
     def is_anisotropic(self) -> bool:
@@ -115,7 +117,7 @@ def round_lobes(twin: Twin) -> RoundLobes:
     found = kept(_KIND, ingredients, lambda: _arrays(twin))
     kernels = tuple(Kernel(float(power), int(step)) for power, step in found["kernels"])
     tilt, lean, amplitude = (np.asarray(found[name], np.float64) for name in ("tilt", "lean", "amplitude"))
-    return RoundLobes(kernels, tilt, lean, amplitude, float(found["azimuth"]))
+    return RoundLobes(kernels, tilt, lean, amplitude, float(found["azimuth"]), float(found["misfit"]))
 
 
 def _arrays(twin: Twin) -> dict[str, NDArray[np.generic]]:
@@ -127,6 +129,7 @@ def _arrays(twin: Twin) -> dict[str, NDArray[np.generic]]:
         "lean": fit.lean,
         "amplitude": _monomials(fit.amplitude.reshape(len(fit.kernels), azimuths, -1, 3)),
         "azimuth": np.array(fit.azimuth),
+        "misfit": np.array(fit.misfit),
     }
 
 

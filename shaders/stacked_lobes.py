@@ -18,6 +18,9 @@ from .round_shape import MIRRORED, NOTHING, TILT_COEFFICIENTS, WIDTHS, Shape, ta
 
 _WIDTH_MIN, _WIDTH_MAX = 1.5e-3, 1.4
 _TILT_MAX = 2.0
+# Where a new lobe may begin: at the mirror direction, or leaning to the viewer, if it is wide.
+_PLACES = (MIRRORED, -MIRRORED)
+_RETRO_WIDTH_MIN = 0.25
 # Steps of the search for one lobe, two, three.
 _STEPS = (6, 8, 20)
 _DIFFERENCE = 1e-3
@@ -43,11 +46,11 @@ def stacked_lobes(samples: Samples, at_horizon: Array, cost: float) -> Shape:
         if cost < _GOOD[count] ** 2:
             break
         known = np.concatenate([shape.columns(samples), at_horizon], axis=-1) if count else at_horizon
-        power, width = candidates.best(known)
+        tilt, power, width = candidates.best(known)
         grown = Shape(
             np.append(shape.power, power),
             np.append(shape.log_width, math.log(width)),
-            np.concatenate([shape.tilt, MIRRORED[None]]),
+            np.concatenate([shape.tilt, tilt[None]]),
             np.zeros(count + 1),
         )
         grown, new_cost = _search(samples, at_horizon, grown, steps)
@@ -58,29 +61,32 @@ def stacked_lobes(samples: Samples, at_horizon: Array, cost: float) -> Shape:
 
 
 class _Candidates:
-    """Lobes of all powers and widths at the mirror direction."""
+    """Lobes of all powers and widths at the mirror direction, and wide ones towards the viewer."""
 
     def __init__(self, samples: Samples):
         self._samples = samples
-        self._mirrored = tan2_half(samples, MIRRORED, 0.0)
-        self._columns: dict[tuple[int, int], Array] = {}
+        self._distances = [tan2_half(samples, tilt, 0.0) for tilt in _PLACES]
+        self._columns: dict[tuple[int, int, int], Array] = {}
 
-    def best(self, known: Array) -> tuple[float, float]:
-        """The power and width that lower the cost most beside known columns: of each second one, and then of those
-        around the best of them."""
+    def best(self, known: Array) -> tuple[Array, float, float]:
+        """The tilt, power and width that lower the cost most beside known columns: of each second one, and then of
+        those around the best of them."""
         powers, widths = range(len(POWERS)), range(len(WIDTHS))
-        costs = {(i, j): self._cost(i, j, known) for i in powers[::2] for j in widths[::2]}
-        _, middle = min(costs, key=costs.__getitem__)
+        wide = [j for j in widths if WIDTHS[j] > _RETRO_WIDTH_MIN]
+        costs = {(0, i, j): self._cost(0, i, j, known) for i in powers[::2] for j in widths[::2]}
+        costs |= {(1, i, j): self._cost(1, i, j, known) for i in powers[::2] for j in wide}
+        place, _, middle = min(costs, key=costs.__getitem__)
         near = widths[max(middle - 1, 0) : middle + 2]
-        costs |= {(i, j): self._cost(i, j, known) for i in powers for j in near if (i, j) not in costs}
-        i, j = min(costs, key=costs.__getitem__)
-        return POWERS[i], float(WIDTHS[j])
+        costs |= {(place, i, j): self._cost(place, i, j, known) for i in powers for j in near}
+        place, i, j = min(costs, key=costs.__getitem__)
+        return _PLACES[place], POWERS[i], float(WIDTHS[j])
 
-    def _cost(self, i: int, j: int, known: Array) -> float:
-        if (i, j) not in self._columns:
-            values = round_values(self._mirrored, POWERS[i], float(WIDTHS[j]))
-            self._columns[i, j] = self._samples.in_cells(values)
-        return self._samples.cost(np.concatenate([self._columns[i, j][..., None], known], axis=-1))
+    def _cost(self, place: int, i: int, j: int, known: Array) -> float:
+        one = place, i, j
+        if one not in self._columns:
+            values = round_values(self._distances[place], POWERS[i], float(WIDTHS[j]))
+            self._columns[one] = self._samples.in_cells(values)
+        return self._samples.cost(np.concatenate([self._columns[one][..., None], known], axis=-1))
 
 
 def _search(samples: Samples, at_horizon: Array, shape: Shape, steps: int) -> tuple[Shape, float]:

@@ -1,8 +1,8 @@
 """The sun of an environment, taken out of it: a small light that is strong enough to show a highlight's own shape.
 
 A round lobe's image of it is round in directions of light, where a microfacet's is round in half vectors: away from the
-mirror's axis one is half as wide as the other. So a material is lit by such a light by its own values, and by blurs of
-the rest alone.
+mirror's axis one is half as wide as the other, and no sum of a few round lobes hides it. So a material is lit by such a
+light by its own values, and by blurs of the rest alone.
 """
 
 from __future__ import annotations
@@ -28,6 +28,8 @@ _RADIUS, _TEXELS = 0.03, 2
 _SHARE_MIN = 0.02
 # Of the root mean square of angles within it: a kernel that is as wide is 3 % higher for a point than for the sun.
 _WIDTHS = 4.0
+# Of round lobes: what misses less looks the same.
+_MISFIT_MIN = 0.02
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -49,11 +51,12 @@ class Sun:
 def light_of(environment: Environment, lobes: RoundLobes) -> tuple[Environment, Sun | None]:
     """What a material's look-ups are of, and the sun by which it is lit apart from them, if it is.
 
-    A diffuse material shows no highlight, and a narrow one the sun's own shape.
+    Round lobes that fit well need no help, and a narrow highlight shows the sun's own shape.
     """
+    is_apart = lobes.misfit > _MISFIT_MIN and not any(map(is_sharp, lobes.kernels))
+    sun = find_sun(environment) if is_apart else None
     width = lobes.highlight_width
-    sun = None if width is None or any(map(is_sharp, lobes.kernels)) else find_sun(environment)
-    if width is None or sun is None or width < _WIDTHS * sun.spread:
+    if sun is None or (width is not None and width < _WIDTHS * sun.spread):
         return environment, None
     return sun.rest, sun
 

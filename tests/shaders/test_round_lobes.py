@@ -58,6 +58,23 @@ def test_a_diffuse_surface_is_one_cosine_lobe():
     np.testing.assert_allclose(_total(lobes, COS_O), np.tile([0.8, 0.5, 0.2], (len(COS_O), 1)), rtol=2e-3)
 
 
+def test_a_rough_diffuse_surface_has_a_lobe_that_leans_to_the_viewer():
+    # Moon-like: it reflects most to where light comes from (Oren and Nayar 1994). The cosine alone misses by 0.27.
+    lobes = round_lobes(twin(brdf.MODELS["oren_nayar"](albedo=(0.8, 0.3, 0.2), sigma=1.0)))
+    (leaning,) = (i for i, kernel in enumerate(lobes.kernels) if kernel.power)
+    assert (lobes.tilt[leaning] @ 0.5 ** np.arange(3)) < -0.3
+    assert lobes.misfit < 0.1
+
+
+def test_a_brushed_highlight_has_no_gaps():
+    lobes = round_lobes(twin(BRUSHED))
+    side_by_side = [i for i, kernel in enumerate(lobes.kernels) if kernel.power]
+    (width,) = {lobes.kernels[i].width for i in side_by_side}
+    # The width of a kernel is the slope that mirrors so far; of two so far apart, the sum is even in between.
+    assert np.diff(lobes.lean[side_by_side]).max() < 1.5 * width
+    assert len(lobes.cubes) == len(set(lobes.kernels)) <= 3
+
+
 def test_a_black_material_is_one_lobe_of_nothing():
     lobes = round_lobes(twin(brdf.MODELS["lambert"](albedo=0.0)))
     assert len(lobes.kernels) == 1

@@ -63,12 +63,16 @@ def test_only_a_small_light_with_much_of_the_light_is_a_sun():
 
 @pytest.mark.gpu
 @pytest.mark.usefixtures("nothing_kept")
-def test_materials_with_a_highlight_wider_than_the_sun_are_lit_by_it_apart():
+def test_materials_that_round_lobes_miss_are_lit_by_the_sun_apart_unless_they_show_its_shape():
     environment = load_environment("clear_sky")
     lobes = {name: round_lobes(Part(model).twin) for name, model in (("rough", ROUGH), ("narrow", NARROW))}
     lobes["diffuse"] = round_lobes(Part(brdf.MODELS["lambert"](albedo=0.5)).twin)
+    lobes["flat"] = round_lobes(Part(brdf.MODELS["hanrahan_krueger"](albedo=0.5, roughness=1.0)).twin)
     assert light_of(environment, lobes["rough"])[1] is find_sun(environment)
     assert light_of(environment, lobes["rough"])[0] is find_sun(environment).rest
+    # Kernels that end at the horizon alone, which fit one of them exactly.
+    assert lobes["flat"].highlight_width is None
+    assert light_of(environment, lobes["flat"])[1] is find_sun(environment)
     for name in ("narrow", "diffuse"):
         assert light_of(environment, lobes[name]) == (environment, None)
     # A mirror's image blurred by GGX has its slope for its width.
