@@ -33,9 +33,7 @@ _GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 
 
 def blur_name(environment: Environment, kernel: Kernel) -> str:
-    """The resource of the environment blurred by a kernel."""
-    if is_sharp(kernel):
-        return "sky_cube"
+    """The resource of the environment blurred by a kernel that is not sharp."""
     return f"blur[{environment.digest[:8]} {kernel.name}]"
 
 
@@ -62,10 +60,7 @@ def make_sky_cube(ctx: moderngl.Context, programs: Programs, radiance: moderngl.
 def make_dim_cube(
     ctx: moderngl.Context, programs: Programs, radiance: moderngl.Texture, environment: Environment
 ) -> moderngl.TextureCube:
-    """An environment's cube map without its lamps, which narrow kernels are sampled from.
-
-    `radiance` may hold the environment with its sun, of which nothing below the lamps' limit is left either way.
-    """
+    """An environment's cube map without its lamps, which narrow kernels are sampled from; `radiance` is its picture."""
     return _levels(ctx, programs, radiance, find_lamps(environment).limit)
 
 

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .blurs import is_sharp
 from .environment import Environment
 from .lamps import find_lamps
 
@@ -26,8 +25,9 @@ if TYPE_CHECKING:
 _RADIUS, _TEXELS = 0.03, 2
 # Of all light, in each texel's brightest channel: with less it does not stand out.
 _SHARE_MIN = 0.02
-# Of the root mean square of angles within it: a kernel that is as wide is 3 % higher for a point than for the sun.
-_WIDTHS = 4.0
+# Of the root mean square of angles within it: narrower kernels show its own shape. One that is as narrow is twice as
+# high in the middle for a point, where the picture is white anyway.
+_WIDTHS = 0.7
 # Of round lobes: what misses less looks the same.
 _MISFIT_MIN = 0.02
 
@@ -53,8 +53,7 @@ def light_of(environment: Environment, lobes: RoundLobes) -> tuple[Environment, 
 
     Round lobes that fit well need no help, and a narrow highlight shows the sun's own shape.
     """
-    is_apart = lobes.misfit > _MISFIT_MIN and not any(map(is_sharp, lobes.kernels))
-    sun = find_sun(environment) if is_apart else None
+    sun = find_sun(environment) if lobes.misfit > _MISFIT_MIN else None
     width = lobes.highlight_width
     if sun is None or (width is not None and width < _WIDTHS * sun.spread):
         return environment, None

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import moderngl
 
-from ..blurs import blur_name, dim_name, is_sampled, make_blur
+from ..blurs import blur_name, dim_name, is_sampled, is_sharp, make_blur
 from ..culling import visible_parts
 from ..environment import Environment
 from ..frame import Frame
@@ -20,7 +20,7 @@ from ..sun import light_of
 def declare(scene: Scene) -> Pass:
     """Writes a cube map `blur[...]` per light and kernel; enabled for `scene.tier = "interactive"`."""
     wanted = wanted_blurs(scene)
-    writes = {blur_name(*one) for one in wanted} - {"sky_cube"}
+    writes = {cube_name(scene, *one) for one in wanted if not is_sharp(one[1])}
     reads = {dim_name(light) for light, kernel in wanted if is_sampled(kernel)}
     return Pass("blurs", frozenset(reads), frozenset(writes), scene.environment.digest, bool(writes))
 
@@ -31,13 +31,20 @@ def prepare(frame: Frame) -> Callable[[int], None]:
     def draw(number: int) -> None:
         # The one of the highest degree finds out about the environment what serves the others.
         for light, kernel in sorted(wanted_blurs(frame.scene), key=lambda one: -one[1].degree):
-            name = blur_name(light, kernel)
-            if name not in frame.store:
+            name = cube_name(frame.scene, light, kernel)
+            if not is_sharp(kernel) and name not in frame.store:
                 dim = frame.store.get(dim_name(light))
                 assert dim is None or isinstance(dim, moderngl.TextureCube)
                 frame.keep(name, make_blur(frame.ctx, frame.programs, light, kernel, dim))
 
     return draw
+
+
+def cube_name(scene: Scene, light: Environment, kernel: Kernel) -> str:
+    """The resource that a lobe of this kernel looks up, lit by the scene's environment or by it without its sun."""
+    if is_sharp(kernel):
+        return "sky_cube" if light is scene.environment else "sunless_cube"
+    return blur_name(light, kernel)
 
 
 def wanted_blurs(scene: Scene) -> tuple[tuple[Environment, Kernel], ...]:

@@ -15,17 +15,18 @@ from .blurs import wanted_blurs
 
 
 def declare(scene: Scene) -> Pass:
-    """Writes a `dim_cube[...]` with all its levels per light that is blurred narrowly, made of `radiance`."""
-    names = frozenset(map(dim_name, _lights(scene)))
-    return Pass("dim_cube", reads=frozenset({"radiance"}), writes=names, enabled=bool(names))
+    """Writes a `dim_cube[...]` with all its levels per light that is blurred narrowly, made of its picture."""
+    lights = _lights(scene)
+    pictures = frozenset(_picture(scene, light) for light in lights)
+    return Pass("dim_cube", pictures, frozenset(map(dim_name, lights)), enabled=bool(lights))
 
 
 def prepare(frame: Frame) -> Callable[[int], None]:
     """The search for the brightest texels, on the processor, and the projection, on the device."""
 
     def draw(number: int) -> None:
-        radiance = frame.resource("radiance", moderngl.Texture)
         for light in _lights(frame.scene):
+            radiance = frame.resource(_picture(frame.scene, light), moderngl.Texture)
             frame.keep(dim_name(light), make_dim_cube(frame.ctx, frame.programs, radiance, light))
 
     return draw
@@ -33,3 +34,7 @@ def prepare(frame: Frame) -> Callable[[int], None]:
 
 def _lights(scene: Scene) -> set[Environment]:
     return {light for light, kernel in wanted_blurs(scene) if is_sampled(kernel)}
+
+
+def _picture(scene: Scene, light: Environment) -> str:
+    return "radiance" if light is scene.environment else "sunless"

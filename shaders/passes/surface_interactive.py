@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 import moderngl
 
-from ..blurs import blur_name
 from ..buffers import KeptPixels
 from ..culling import visible_parts
 from ..drawing import bind_materials, material_names, mesh_name, prepare_parts
@@ -18,6 +17,7 @@ from ..scene import Part, Scene
 from ..sun import light_of
 from ..view import environment_to_world, world_to_environment
 from . import depth
+from .blurs import cube_name
 from .round_lobes import lobes_name
 
 
@@ -33,7 +33,7 @@ def declare(scene: Scene) -> Pass:
         for i, part in enumerate(parts):
             reads |= {mesh_name(part), lobes_name(i)}
             light, sun = light_of(scene.environment, lobes[i])
-            reads |= {blur_name(light, kernel) for kernel in lobes[i].kernels}
+            reads |= {cube_name(scene, light, kernel) for kernel in lobes[i].kernels}
             if sun is not None:
                 reads |= material_names(i, part)
                 suns = scene.environment.digest
@@ -65,7 +65,7 @@ def prepare(frame: Frame) -> Callable[[int], None]:
             values = {"sun_direction": tuple(towards), "sun_irradiance": tuple(sun.irradiance)}
             set_uniforms(program_of(part), values)
         for unit, kernel in enumerate(lobes.cubes, FIRST_BLUR):
-            frame.resource(blur_name(light, kernel), moderngl.TextureCube).use(unit)
+            frame.resource(cube_name(frame.scene, light, kernel), moderngl.TextureCube).use(unit)
         units = list(range(FIRST_BLUR, FIRST_BLUR + len(lobes.cubes)))
         frame.resource(lobes_name(index), KeptPixels).texture.use(UNITS["lobe_table"])
         textures = {"blurred": units if len(units) > 1 else units[0], "lobe_table": UNITS["lobe_table"]}

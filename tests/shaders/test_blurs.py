@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from shaders import Environment
-from shaders.blurs import blur_name, is_sampled, make_blur, make_dim_cube, make_sky_cube
+from shaders.blurs import is_sampled, is_sharp, make_blur, make_dim_cube, make_sky_cube
 from shaders.context import device
 from shaders.harmonics import analyse, synthesise
 from shaders.kernel import COSINE, SATURATED, Kernel, nearest_kernel
@@ -50,7 +50,7 @@ def _look_up(environment: Environment, kernel: Kernel, w: NDArray[np.float64]) -
     """The environment blurred by a kernel, as shaders see it in some directions."""
     ctx = device().ctx
     radiance = upload_radiance(ctx, environment)
-    if blur_name(environment, kernel) == "sky_cube":
+    if is_sharp(kernel):
         cube = make_sky_cube(ctx, programs(), radiance)
     else:
         dim = make_dim_cube(ctx, programs(), radiance, environment) if is_sampled(kernel) else None
@@ -146,7 +146,7 @@ def test_a_large_picture_keeps_its_energy():
 
 def test_only_narrow_kernels_need_the_environment_itself():
     assert is_sampled(NARROW)
-    assert blur_name(_linear(), MIRROR) == "sky_cube"
+    assert is_sharp(MIRROR)
     for kernel in (COSINE, SATURATED, WIDE):
         assert not is_sampled(kernel)
-        assert blur_name(_linear(), kernel) != "sky_cube"
+        assert not is_sharp(kernel)
