@@ -29,7 +29,8 @@ NOTHING_KEPT, NEW, SEEN = "nothing kept", "new material, new light", "both seen 
 # What each finds on disk: folders of our cache, and Mesa's programs.
 _PROGRAMS = "programs"
 _CASES = {NOTHING_KEPT: (), NEW: ("models", _PROGRAMS), SEEN: ("models", "tables", _PROGRAMS)}
-_IMPORTS = ("import jax", "import numpy")
+IMPORT_JAX = "import jax"
+_IMPORTS = (IMPORT_JAX, "import numpy")
 
 
 @dataclasses.dataclass(frozen=True)
