@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 import pathlib
-import secrets
 from collections.abc import Iterator
 
 from brdf.errors import FileError
@@ -56,7 +55,7 @@ def atomic_path(path: str | os.PathLike[str], force: bool = False) -> Iterator[p
     """
     refuse_to_overwrite(path, force)
     target = pathlib.Path(path)
-    temporary = target.with_name(f".{target.stem}.{secrets.token_hex(6)}{target.suffix}")
+    temporary = target.with_name(f".{target.stem}.{os.urandom(6).hex()}{target.suffix}")
     try:
         # Created here, exclusively, so that a folder without write permission is told at once.
         os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))

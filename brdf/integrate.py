@@ -1,8 +1,4 @@
-"""Integrals over the hemisphere by quadrature in float64: albedos, and the picture of a lit sphere.
-
-The rule over half vectors resolves every highlight down to a slope of 1e-4 without being told where it is: in these
-directions a lobe has its peak at the normal, whatever the viewer, and the nodes crowd there.
-"""
+"""Integrals of models over the hemisphere in float64, by `quadrature`: albedos, and the picture of a lit sphere."""
 
 from __future__ import annotations
 
@@ -15,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .model import AbstractBRDF, Batch, evaluate
+from .quadrature import half_vector_rule, unit_nodes
 
 # A light from afar that is symmetric about an axis: towards its middle, and its radiance by the cosine to there.
 Light = tuple[tuple[float, float, float], Callable[[np.ndarray], np.ndarray]]
@@ -22,8 +19,6 @@ Light = tuple[tuple[float, float, float], Callable[[np.ndarray], np.ndarray]]
 # Pairs of directions per call of the compiled model: one shape means one compiled program, whatever is integrated. The
 # arrays of one call stay inside the processor's cache.
 _PAIRS_AT_ONCE = 1 << 14
-# theta_h = u^4 pi/2 at the nodes u: a lobe of slope 1e-4 still spans the first eighth of them.
-_CROWDING = 4
 
 
 def albedo(model: AbstractBRDF, theta: float, nodes: int = 128) -> Float[np.ndarray, "3"]:
@@ -50,18 +45,11 @@ def albedo(model: AbstractBRDF, theta: float, nodes: int = 128) -> Float[np.ndar
 @functools.cache
 def _hemisphere(nodes: int) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
     """Directions and weights in sr, which add up to 2 pi."""
-    cosine, weights = _nodes(nodes)
+    cosine, weights = unit_nodes(nodes)
     phi = (np.arange(2 * nodes) + 0.5) * (np.pi / nodes)
     sine = np.sqrt((1 - cosine) * (1 + cosine))
     across = [np.outer(sine, np.cos(phi)), np.outer(sine, np.sin(phi)), np.outer(cosine, np.ones_like(phi))]
     return np.stack(across, axis=-1).reshape(-1, 3), np.repeat(weights, 2 * nodes) * (np.pi / nodes)
-
-
-@functools.cache
-def _nodes(count: int) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-    """Abscissas and weights of the Gauss-Legendre rule on [0, 1]."""
-    abscissas, weights = np.polynomial.legendre.leggauss(count)
-    return 0.5 * (1 + abscissas), 0.5 * weights
 
 
 def evaluate_in_chunks(
@@ -87,37 +75,6 @@ def evaluate_in_chunks(
             pair[0, :count], pair[1, :count] = wi[rows], wo[rows]
             value[rows] = np.asarray(program(model, pair[0], pair[1]))[:count]
     return value
-
-
-def half_vector_rule(
-    theta: float, polar: int = 48, around: int = 64, cos_min: float = 0.0
-) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
-    """A quadrature rule for what is reflected between all directions and one, with any highlight in it.
-
-    **Arguments:**
-
-    - `theta`: polar angle of the one direction in radians, in [0, pi/2); its azimuth is 0.
-    - `polar`, `around`: nodes along theta_h (Gauss-Legendre, crowded at the normal) and phi_h (equidistant).
-    - `cos_min`: cosine that the other directions are to exceed, at least 0 and not above cos(theta).
-
-    **Returns:** the other directions, unit, n = polar x around, and their solid angles in sr, which add up to nearly
-    2 pi (1 - cos_min).
-    """
-    u, weight = (column[:, None] for column in _nodes(polar))
-    phi = (np.arange(around) + 0.5) * (2 * np.pi / around)
-    sine, cosine = np.sin(theta), np.cos(theta)
-    # The other direction's cosine is hypot(aside, cosine) cos(2 theta_h - tilt): it falls to `cos_min` at `end`.
-    aside = sine * np.cos(phi)
-    tilt = np.arctan2(aside, cosine)
-    end = 0.5 * (tilt + np.arccos(np.minimum(cos_min / np.hypot(aside, cosine), 1)))
-    theta_h = u**_CROWDING * end
-    sin_h, cos_h = np.sin(theta_h), np.cos(theta_h)
-    h = np.stack([sin_h * np.cos(phi), sin_h * np.sin(phi), cos_h], axis=-1)
-    solid_angle = weight * _CROWDING * u ** (_CROWDING - 1) * end * sin_h * (2 * np.pi / around)
-    one = np.array([sine, 0.0, cosine])
-    cos_d = h @ one
-    # The mirror image moves through 4 cos(theta_d) times the half vector's solid angle.
-    return (2 * cos_d[..., None] * h - one).reshape(-1, 3), (4 * cos_d * solid_angle).ravel()
 
 
 def albedos(

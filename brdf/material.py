@@ -16,20 +16,24 @@ import json
 import math
 import os
 import pathlib
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from .atomic import atomic_path
 from .errors import FileError, UserError, nearest
-from .model import AbstractBRDF
 from .parameter import Choice, Parameter, choices, parameters
-from .registry import MODELS, combine, expression_of, lobe_models, split
+from .plain import Declaration, PlainLobe, declared
+from .registry import combine, expression_of, lobe_models, split
+
+if TYPE_CHECKING:
+    from .model import AbstractBRDF
 
 _KEYS = ("model", "parameters", "provenance")
 # A material file holds a few numbers and their provenance; anything beyond this is another kind of file.
 _SIZE_MAX = 16 * 2**20
+_Found = TypeVar("_Found")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -112,6 +116,15 @@ def from_dict(data: Any) -> Material:
 
     Raises `UserError` for a missing or unknown name (with the nearest known one) and for a value out of bounds.
     """
+    lobes = plain_from_dict(data, declared)
+    return Material(combine({name: lobe.build() for name, lobe in lobes.items()}), data.get("provenance", {}))
+
+
+def plain_from_dict(data: Any, declaration_of: Callable[[str], Declaration]) -> dict[str, PlainLobe]:
+    """The named lobes of a JSON object, checked as `from_dict` does.
+
+    **Arguments:** `declaration_of`: from a registered model's name to what it declares.
+    """
     if not isinstance(data, Mapping):
         raise UserError("A material is a JSON object with the keys `model` and `parameters`.")
     if not isinstance(data.get("model"), str):
@@ -127,38 +140,42 @@ def from_dict(data: Any) -> Material:
     for lobe in given:
         if lobe not in lobes:
             raise UserError(f"`{lobe}` in `parameters` is not a lobe of `{data['model']}`. {nearest(lobe, lobes)}")
-    built = {lobe: _build_lobe(MODELS[name], lobe, given.get(lobe, {})) for lobe, name in lobes.items()}
-    provenance = data.get("provenance", {})
-    if not isinstance(provenance, Mapping):
+    checked = {lobe: _lobe(model, declaration_of(model), lobe, given.get(lobe, {})) for lobe, model in lobes.items()}
+    if not isinstance(data.get("provenance", {}), Mapping):
         raise UserError("`provenance` must be a JSON object; remove it if in doubt.")
-    return Material(combine(built), provenance)
+    return checked
 
 
-def _build_lobe(model: type[AbstractBRDF], lobe: str, given: Any) -> AbstractBRDF:
+def _lobe(model: str, declaration: Declaration, lobe: str, given: Any) -> PlainLobe:
     if not isinstance(given, Mapping):
         raise UserError(f"`{lobe}` must be an object of parameter names and values.")
-    declared = {p.name: p for p in parameters(model)}
-    options = {c.name: c for c in choices(model)}
-    values: dict[str, Any] = {}
+    numbers = {p.name: p for p in declaration.parameters}
+    names = {c.name: c for c in declaration.choices}
+    values: dict[str, Any] = {p.name: [p.default] * 3 if p.size == 3 else p.default for p in declaration.parameters}
+    options = {c.name: c.default for c in declaration.choices}
     for name, value in given.items():
-        if name in declared:
-            values[name] = check_parameter(value, declared[name], lobe)
-        elif name in options:
-            values[name] = check_choice(value, options[name], lobe)
+        if name in numbers:
+            values[name] = check_parameter(value, numbers[name], lobe)
+        elif name in names:
+            options[name] = check_choice(value, names[name], lobe)
         else:
-            raise UserError(f"`{name}` is not a parameter of `{lobe}`. {nearest(name, [*declared, *options])}")
-    built = model(**values)
+            raise UserError(f"`{name}` is not a parameter of `{lobe}`. {nearest(name, [*numbers, *names])}")
     for name in given:
-        if name in declared:
-            check_live(declared[name], built, lobe)
-    return built
+        if name in numbers and not numbers[name].is_live_under(options):
+            raise _no_effect(numbers[name], lobe)
+    arrays = {name: np.asarray(value, np.float64) for name, value in values.items()}
+    return PlainLobe(model, declaration, arrays, options)
 
 
 def check_live(parameter: Parameter, model: AbstractBRDF, where: str) -> None:
     """Raises `UserError`, naming the choices that it needs, for a parameter that the model's choices leave unused."""
     if not parameter.is_live(model):
-        needed = ", ".join(f"`{choice}` = {' or '.join(options)}" for choice, options in parameter.when)
-        raise UserError(f"`{where}.{parameter.name}` has no effect here. It needs {needed}.")
+        raise _no_effect(parameter, where)
+
+
+def _no_effect(parameter: Parameter, where: str) -> UserError:
+    needed = ", ".join(f"`{choice}` = {' or '.join(options)}" for choice, options in parameter.when)
+    return UserError(f"`{where}.{parameter.name}` has no effect here. It needs {needed}.")
 
 
 def load_material(path: str | os.PathLike[str]) -> Material:
@@ -166,6 +183,20 @@ def load_material(path: str | os.PathLike[str]) -> Material:
 
     Raises `FileError`, naming the file and the place in it, if it cannot be read or is not a material.
     """
+    return _load(path, from_dict)
+
+
+def load_plain(path: str | os.PathLike[str], declaration_of: Callable[[str], Declaration]) -> dict[str, PlainLobe]:
+    """The named lobes of a JSON file; use it where a material's numbers are needed and not its functions.
+
+    **Arguments:** `declaration_of`: as in `plain_from_dict`.
+
+    Raises what `load_material` raises.
+    """
+    return _load(path, lambda data: plain_from_dict(data, declaration_of))
+
+
+def _load(path: str | os.PathLike[str], understand: Callable[[Any], _Found]) -> _Found:
     file = pathlib.Path(path)
     try:
         if file.stat().st_size > _SIZE_MAX:
@@ -185,7 +216,7 @@ def load_material(path: str | os.PathLike[str]) -> Material:
         remedy = "A material is written by `brdf fit -o material.json`."
         raise FileError(path, f"It is not valid JSON{place}.", remedy) from None
     try:
-        return from_dict(data)
+        return understand(data)
     except FileError:
         raise
     except UserError as error:

@@ -12,7 +12,6 @@ import inspect
 from collections.abc import Mapping
 from typing import Any, Literal
 
-import equinox as eqx
 import numpy as np
 
 _KEY = "brdf"
@@ -73,7 +72,11 @@ class Parameter:
 
     def is_live(self, model: Any) -> bool:
         """Whether the static choices of a model let it depend on the parameter."""
-        return all(getattr(model, choice) in options for choice, options in self.when)
+        return self.is_live_under({choice: getattr(model, choice) for choice, _ in self.when})
+
+    def is_live_under(self, options: Mapping[str, str]) -> bool:
+        """`is_live` of a model by its options alone."""
+        return all(options[choice] in needed for choice, needed in self.when)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -180,12 +183,16 @@ def _declare(declared: Parameter, when: Mapping[str, tuple[str, ...]] | None) ->
         bounds = f"[{declared.lower}, {declared.upper}]"
         raise ValueError(f"The default `{declared.default}` is outside its own bounds {bounds}.")
     declared = dataclasses.replace(declared, when=tuple((when or {}).items()))
+    import equinox as eqx  # loads JAX, which models need and their declarations do not
+
     converter = _color if declared.kind == "color" else _floating
     return eqx.field(default=declared.default, converter=converter, metadata={_KEY: declared})
 
 
 def choice(*options: str, doc: str) -> Any:
     """Declares a static choice among `options`, the first being the default; it becomes a `#define` in GLSL."""
+    import equinox as eqx  # as above
+
     return eqx.field(default=options[0], static=True, metadata={_KEY: Choice("", options, doc)})
 
 

@@ -1,4 +1,7 @@
-"""Finds the models: the file `brdf/models/NAME.py` holds exactly one, and `"lambert+ggx"` is the sum of two."""
+"""Finds the models: the file `brdf/models/NAME.py` holds exactly one, and `"lambert+ggx"` is the sum of two.
+
+Names need no more than a look into the folder; JAX is loaded with the first model.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +10,12 @@ import importlib
 import inspect
 import pathlib
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .errors import UserError, nearest
-from .model import AbstractBRDF, Sum
+
+if TYPE_CHECKING:
+    from .model import AbstractBRDF
 
 _LOBES_MAX = 6
 _FOLDER = pathlib.Path(__file__).parent / "models"
@@ -29,9 +34,14 @@ class _Models(Mapping[str, type[Any]]):
     def __len__(self) -> int:
         return len(self._names)
 
+    def __contains__(self, name: object) -> bool:
+        return name in self._names
+
     def __getitem__(self, name: str) -> type[Any]:
         if name not in self._names:
             raise KeyError(name)
+        from .model import AbstractBRDF
+
         module = importlib.import_module(f".models.{name}", __package__)
         found = [
             value
@@ -70,11 +80,15 @@ def combine(lobes: Mapping[str, AbstractBRDF]) -> AbstractBRDF:
     """One model from named lobes: the lobe itself if it is alone, their `Sum` otherwise."""
     if len(lobes) == 1:
         return next(iter(lobes.values()))
+    from .model import Sum
+
     return Sum(tuple(lobes.values()), tuple(lobes))
 
 
 def split(model: AbstractBRDF) -> dict[str, AbstractBRDF]:
     """The named lobes of a model: the inverse of `combine`."""
+    from .model import Sum
+
     if isinstance(model, Sum):
         return dict(zip(model.names, model.lobes, strict=True))
     return {name_of(model): model}

@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from brdf.integrate import albedos, evaluate_in_chunks, half_vector_rule
+from brdf.integrate import albedos, evaluate_in_chunks
 from brdf.model import AbstractBRDF
+from brdf.quadrature import half_vector_rule
 
 # The quadrature is right to this (tests/fitter/test_physics.py): less above 1 is no gain.
 ENERGY_TOLERANCE = 1e-3

@@ -23,10 +23,6 @@ from numpy.typing import NDArray
 
 from brdf.errors import FileError, UserError, nearest
 
-from .built_in import BUILT_IN
-from .exr import read_exr
-from .radiance_hdr import read_hdr
-
 # The largest picture that is read: 16384 x 8192 texels, 1.6 GB in float32. The common 8k is a quarter of it.
 _WIDTH_MAX = 16384
 # float16's largest value stands in for infinity.
@@ -59,15 +55,12 @@ class Environment:
         return content.hexdigest()
 
 
-_READERS = {".exr": read_exr, ".hdr": read_hdr}
-
-
 def load_environment(name: str | os.PathLike[str]) -> Environment:
     """The environment of a name: a built-in one or a `.hdr` or `.exr` file.
 
     **Arguments:**
 
-    - `name`: a key of `BUILT_IN`, or the path of a latitude-longitude picture, twice as wide as high.
+    - `name`: a key of `built_in.BUILT_IN`, or the path of a latitude-longitude picture, twice as wide as high.
 
     **Returns:** the `Environment`, with negative and NaN values set to 0, infinite ones to 65504, those above 1e10 to
     1e10, and all of them counted. A built-in one is made once: asked for again, it is the same object.
@@ -75,17 +68,12 @@ def load_environment(name: str | os.PathLike[str]) -> Environment:
     Raises `UserError` for a name that is neither, `brdf.errors.FileError` for a file that cannot be used.
     """
     text = os.fspath(name)
-    if text in BUILT_IN:
-        return _built_in(text)
-    suffix = pathlib.Path(text).suffix.lower()
-    if suffix not in _READERS:
-        raise UserError(
-            f"`{text}` is neither a .hdr or .exr file nor a built-in environment. {nearest(text, BUILT_IN)}"
-        )
     try:
-        pixels = _READERS[suffix](text, _WIDTH_MAX)
+        pixels = _read(text)
     except OSError as error:
         raise FileError(text, f"It cannot be read: {error.strerror}.", "Check the path and its permissions.") from None
+    if pixels is None:
+        return _built_in(text)
     height, width = pixels.shape[:2]
     if abs(width - 2 * height) > 1:
         raise FileError(
@@ -97,8 +85,28 @@ def load_environment(name: str | os.PathLike[str]) -> Environment:
     return Environment(cleaned, text, clamped)
 
 
+def _read(path: str) -> NDArray[np.float32] | None:
+    """The pixels of a file, or None if its name is not that of one."""
+    match pathlib.Path(path).suffix.lower():
+        case ".exr":
+            from .exr import read_exr
+
+            return read_exr(path, _WIDTH_MAX)
+        case ".hdr":
+            from .radiance_hdr import read_hdr
+
+            return read_hdr(path, _WIDTH_MAX)
+    return None
+
+
 @functools.cache
 def _built_in(name: str) -> Environment:
+    from .built_in import BUILT_IN
+
+    if name not in BUILT_IN:
+        raise UserError(
+            f"`{name}` is neither a .hdr or .exr file nor a built-in environment. {nearest(name, BUILT_IN)}"
+        )
     pixels = np.asarray(BUILT_IN[name](), np.float32)
     pixels.flags.writeable = False  # all who ask for it share it
     return Environment(pixels, name)
@@ -107,5 +115,7 @@ def _built_in(name: str) -> Environment:
 def _clean(pixels: NDArray[np.float32]) -> tuple[NDArray[np.float32], int]:
     """Finite, non-negative radiance, and how many values were not, or too large."""
     bad = ~((pixels >= 0) & (pixels <= _RADIANCE_MAX))  # NaN too
+    if not bad.any():
+        return np.ascontiguousarray(pixels, np.float32), 0
     cleaned = np.clip(np.nan_to_num(pixels, nan=0.0, posinf=_INFINITE, neginf=0.0), 0.0, _RADIANCE_MAX)
     return np.ascontiguousarray(cleaned, np.float32), int(bad.sum())

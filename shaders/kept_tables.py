@@ -27,18 +27,24 @@ _SUFFIX = ".table"
 Arrays = dict[str, NDArray[np.generic]]
 
 
-def kept(kind: str, ingredients: tuple[bytes, ...], make: Callable[[], Mapping[str, NDArray[np.generic]]]) -> Arrays:
+def kept(
+    kind: str,
+    ingredients: tuple[bytes, ...],
+    make: Callable[[], Mapping[str, NDArray[np.generic]]],
+    folder_name: str = "tables",
+) -> Arrays:
     """The arrays that `make` returns, from disk if they were made before.
 
     **Arguments:**
 
     - `kind`: what they are, with the version of how they are made: another one makes them anew.
     - `ingredients`: all that they depend on.
+    - `folder_name`: of the cache's folder that they are kept in.
     """
     digest = hashlib.blake2b(kind.encode(), digest_size=16)
     for one in ingredients:
         digest.update(len(one).to_bytes(8, "little") + one)
-    folder = cache_folder("tables")
+    folder = cache_folder(folder_name)
     path = None if folder is None else folder / f"{kind}-{digest.hexdigest()}{_SUFFIX}"
     found = None if path is None else _read(path)
     if found is not None:

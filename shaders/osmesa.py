@@ -9,7 +9,6 @@ functions up by name, and is entered, left and released.
 from __future__ import annotations
 
 import ctypes
-import importlib.metadata
 import pathlib
 from typing import Any
 
@@ -26,6 +25,8 @@ _GL_UNSIGNED_BYTE = 0x1401
 
 def library() -> ctypes.CDLL:
     """The loaded library of the installed wheel. Raises `LookupError` when the wheel is not installed."""
+    import importlib.metadata  # not where EGL serves: it takes as long as all of this package
+
     try:
         files = importlib.metadata.distribution(_WHEEL).files or []
     except importlib.metadata.PackageNotFoundError:

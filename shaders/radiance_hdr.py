@@ -189,4 +189,9 @@ def _orient(rgbe: NDArray[np.uint8], header: _Header) -> NDArray[np.uint8]:
 
 
 def _decode(rgbe: NDArray[np.uint8]) -> NDArray[np.float32]:
-    return np.ascontiguousarray(rgbe[..., :3] * _SCALES[rgbe[..., 3:]], np.float32)
+    scale = np.take(_SCALES, rgbe[..., 3])
+    pixels = np.empty((*scale.shape, 3), np.float32)
+    # Channel by channel: several times as quick as a product along an axis of three.
+    for channel in range(3):
+        np.multiply(rgbe[..., channel], scale, out=pixels[..., channel])
+    return pixels

@@ -29,7 +29,6 @@ from numpy.typing import NDArray
 from .evaluation import evaluate
 from .kept_tables import kept
 from .kernel import Kernel
-from .round_fit import fit_lobes
 from .source import assemble
 from .twin import Twin
 
@@ -121,6 +120,8 @@ def round_lobes(twin: Twin) -> RoundLobes:
 
 
 def _arrays(twin: Twin) -> dict[str, NDArray[np.generic]]:
+    from .round_fit import fit_lobes
+
     fit = fit_lobes(lambda wi, wo: evaluate(twin, wi, wo), twin.is_anisotropic)
     azimuths = 2 if twin.is_anisotropic else 1
     return {

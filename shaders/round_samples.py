@@ -9,6 +9,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from brdf.quadrature import half_vector_rule
+
 Array = NDArray[np.float64]
 Evaluate = Callable[[Array, Array], NDArray[np.float32]]
 
@@ -137,8 +139,6 @@ def sample_material(evaluate: Evaluate, is_anisotropic: bool) -> Samples:
 
 def _pairs(cos_o: Array, phi: Array) -> tuple[Array, Array, Array]:
     """Directions of light, viewers, and solid angles."""
-    from brdf.integrate import half_vector_rule
-
     wi, solid_angle = zip(*(half_vector_rule(math.acos(c), _POLAR, _AROUND) for c in cos_o), strict=True)
     sine = np.sqrt(1 - cos_o**2)
     c, s = np.cos(phi)[:, None], np.sin(phi)[:, None]

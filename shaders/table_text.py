@@ -11,22 +11,25 @@ For a table of x and y, whose rows are sums over y:
 
 from __future__ import annotations
 
-from brdf.chebyshev import Chebyshev
+import numpy as np
+from numpy.typing import NDArray
 
 
-def table_text(name: str, table: Chebyshev | None) -> str:
-    """A GLSL function `float NAME(float x)` or `float NAME(float x, float y)`; for None, an unused one of each kind."""
-    if table is None:
+def table_text(name: str, coefficients: NDArray[np.float64] | None) -> str:
+    """A GLSL function `float NAME(float x)` or `float NAME(float x, float y)`; for None, an unused one of each kind.
+
+    **Arguments:** `coefficients`: as in `brdf.chebyshev.Chebyshev`.
+    """
+    if coefficients is None:
         return f"float {name}(float x) {{ return 0.0; }}\nfloat {name}(float x, float y) {{ return 0.0; }}"
-    rows = table.coefficients
-    if rows.ndim == 1:
+    if coefficients.ndim == 1:
         lines = [f"float {name}(float x) {{", "    float s = 2.0 * x - 1.0;"]
-        terms = [_literal(value) for value in rows]
+        terms = [_literal(value) for value in coefficients]
     else:
         lines = [f"float {name}(float x, float y) {{", "    float s = 2.0 * x - 1.0;", "    float t = 2.0 * y - 1.0;"]
-        for index, row in enumerate(rows):
+        for index, row in enumerate(coefficients):
             lines += _clenshaw(f"row_{index}", [_literal(value) for value in row], "t")
-        terms = [f"row_{index}" for index in range(len(rows))]
+        terms = [f"row_{index}" for index in range(len(coefficients))]
     return "\n".join([*lines, *_clenshaw("total", terms, "s"), "    return total;", "}"])
 
 

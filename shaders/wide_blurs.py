@@ -17,7 +17,7 @@ from .cube_texels import texel_directions
 from .environment import Environment
 from .harmonics import analyse, analyse_points, synthesise
 from .kept_tables import kept
-from .kernel import DEGREE_MIN, Kernel
+from .kernel import Kernel
 from .lamps import find_strong_lamps, merge_lamps
 
 # Rows of a picture per degree: with fewer, its texels, which count as points, are told from an even light.
@@ -37,8 +37,6 @@ def blurred_texels(environment: Environment, kernel: Kernel) -> NDArray[np.float
 
     **Returns:** shape (6, n, n, 4) with n = `kernel.texels`; the last of the four is 1.
     """
-    if kernel.degree == DEGREE_MIN:
-        return _texels(environment, kernel)  # as quick as a file is read
     ingredients = (environment.digest.encode(), kernel.name.encode())
     return np.asarray(kept(_KIND, ingredients, lambda: {"texels": _texels(environment, kernel)})["texels"], np.float32)
 

@@ -6,6 +6,7 @@ import dataclasses
 import json
 import os
 import pathlib
+import shutil
 import statistics
 import subprocess
 import sys
@@ -24,9 +25,12 @@ _WIDTH, _SIZE, _SEED = 1024, 512, 6
 # Of the run lengths of a Radiance picture.
 _RUN_MIN, _RUN_MAX = 4, 127
 _MAIN = "from fitter.cli.main import main; main()"
-# Name -> whether the caches of our tables and of Mesa's programs are warm.
-_CASES = {"both caches empty": (False, False), "tables empty": (False, True), "both warm": (True, True)}
-_IMPORTS = ("import jax", "import numpy")
+NOTHING_KEPT, NEW, SEEN = "nothing kept", "new material, new light", "both seen before"
+# What each finds on disk: folders of our cache, and Mesa's programs.
+_PROGRAMS = "programs"
+_CASES = {NOTHING_KEPT: (), NEW: ("models", _PROGRAMS), SEEN: ("models", "tables", _PROGRAMS)}
+IMPORT_JAX = "import jax"
+_IMPORTS = (IMPORT_JAX, "import numpy")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -52,8 +56,14 @@ def measure_start(rounds: int, say: Callable[[str], None]) -> list[Start]:
     """Whole processes, run by turns.
 
     Three are `brdf preview` of a gold-like material, a 1024 x 512 environment and a picture of 512 x 512, the
-    interactive tier: with the caches of tables and of Mesa's programs empty, with that of tables empty, and with both
-    warm. The others only import.
+    interactive tier:
+
+    - nothing is kept: neither what models declare (`shaders.kept_models`), nor tables, nor Mesa's programs;
+    - the material and the light are new, but one of the same model and choices was drawn: what the model declares and
+      Mesa's programs are kept, but no table, each of which is of one material or light;
+    - both were seen before: all is kept.
+
+    The others only import. Python's own cache is warm in all, as an installation leaves it.
 
     Raises `RuntimeError` with a process's last words if it fails.
     """
@@ -65,27 +75,30 @@ def measure_start(rounds: int, say: Callable[[str], None]) -> list[Start]:
         write_hdr(light, _light())
         arguments = ["preview", str(material), "-e", str(light), "--size", str(_SIZE), "--tier", "interactive"]
         command = [_MAIN, *arguments, "-o", str(folder / "x.png"), "--force", "--json"]
-        _run("", command, _caches(folder / "tables", folder / "mesa"))  # fills both, and Python's own cache
+        kept = folder / "kept"
+        _run("", command, _caches(kept))  # fills it, and Python's own cache
         for number in range(rounds):
-            for case, (has_tables, has_programs) in _CASES.items():
+            for case, parts in _CASES.items():
                 say(f"start: {case}, round {number + 1}")
-                with tempfile.TemporaryDirectory() as empty:
-                    tables = folder if has_tables else pathlib.Path(empty)
-                    mesa = folder if has_programs else pathlib.Path(empty)
-                    found[case].append(_run(case, command, _caches(tables / "tables", mesa / "mesa")))
+                with tempfile.TemporaryDirectory() as own:
+                    for part in parts:
+                        shutil.copytree(kept / part, pathlib.Path(own) / part)
+                    found[case].append(_run(case, command, _caches(pathlib.Path(own))))
             for case in _IMPORTS:
                 found[case].append(_run(case, [case], {}))
     return [_median(runs) for runs in found.values()]
 
 
-def _caches(tables: pathlib.Path, programs: pathlib.Path) -> dict[str, str]:
-    return {"BRDF_CACHE_DIR": str(tables), "MESA_SHADER_CACHE_DIR": str(programs)}
+def _caches(folder: pathlib.Path) -> dict[str, str]:
+    return {"BRDF_CACHE_DIR": str(folder), "MESA_SHADER_CACHE_DIR": str(folder / _PROGRAMS)}
 
 
 def _run(name: str, command: Sequence[str], variables: Mapping[str, str]) -> Start:
     """Python with a program and its arguments; one that prints JSON has the counts of a picture in it."""
+    environment = {**os.environ, **variables}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
     began, before = time.perf_counter(), _cpu_of_children()
-    done = subprocess.run([sys.executable, "-c", *command], capture_output=True, text=True, env=os.environ | variables)
+    done = subprocess.run([sys.executable, "-c", *command], capture_output=True, text=True, env=environment)
     wall, cpu = time.perf_counter() - began, _cpu_of_children() - before
     if done.returncode != 0:
         raise RuntimeError(f"`{name}` ended with {done.returncode}: {done.stderr[-500:]}")

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 from shaders.bench.pictures import RMSE_WANTED
 
+from ..bench.start import IMPORT_JAX, SEEN
 from ._bench_preview_run import PreviewBench
 
 _FLIP, _COST = 0.08, 1.2
@@ -99,8 +100,10 @@ def _tables(found: PreviewBench) -> Iterable[Bar]:
 
 
 def _start(found: PreviewBench) -> Iterable[Bar]:
+    jax = next((one.wall for one in found.start if one.name == IMPORT_JAX), None)
     for one in found.start:
-        most = _WARM if one.name == "both warm" else _COLD
+        most = _WARM if one.name == SEEN else _COLD
         if not one.name.startswith("import"):
-            text = f"{one.wall:.2f} s ({one.cpu:.2f} s of CPU)"
+            ratio = "" if jax is None else f", {one.wall / jax:.2f} x {IMPORT_JAX}"
+            text = f"{one.wall:.2f} s ({one.cpu:.2f} s of CPU{ratio})"
             yield Bar(f"start, {one.name}", f"<= {most:g} s", text, one.wall <= most)

@@ -102,10 +102,12 @@ _TABLES = (
     "{}."
 )
 _START = (
-    "Seconds of whole processes, by turns: `brdf preview gold.json -e 1k.hdr --tier interactive`, 512 x 512 pixels; "
-    "caches are that of our tables and Mesa's of programs. Of the wall's seconds: Python, imports, files and the "
-    "picture's encoding (before), the context, programs and the material's fit by round lobes (plan), the blurs, and "
-    "all other passes (drawing). Beside them what an import takes."
+    "Seconds of whole processes, by turns: `brdf preview gold.json -e 1k.hdr --tier interactive`, 512 x 512 pixels. "
+    "Nothing kept: no table, no program of Mesa's, and nothing of what models declare, so that JAX is loaded. New "
+    "material, new light: one of the same model and choices was drawn before, so that what the model declares and "
+    "Mesa's programs are kept, but no table of this material or light. Of the wall's seconds: Python, imports, files "
+    "and the picture's encoding (before), the context, programs and the material's fit by round lobes (plan), the "
+    "blurs, and all other passes (drawing). Beside them what an import takes."
 )
 
 

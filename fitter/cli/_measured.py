@@ -32,7 +32,7 @@ _HOLE_MAX = 8
 def material_of(path: str, read_options: Mapping[str, str] | None = None) -> Twin:
     """What a `Part` is made of, from a material (.json) or from a measurement of any format that defines its values.
 
-    A material's is kept on disk for the next time.
+    A material whose kind was seen before needs no JAX, see `shaders.kept_models`.
 
     **Arguments:**
 
@@ -44,26 +44,12 @@ def material_of(path: str, read_options: Mapping[str, str] | None = None) -> Twi
     if pathlib.Path(path).suffix.lower() == ".json":
         if read_options:
             raise UserError(f"`--read` is for measurements, and `{path}` is a material. Leave `--read` out.")
-        return _kept(path)
+        from shaders.kept_models import twin_of_file
+
+        return twin_of_file(path)
     from ..formats import read
 
     return tabulated(read(path, read_options)).twin
-
-
-def _kept(path: str) -> Twin:
-    from shaders.kept_twins import kept_twin
-    from shaders.twin import twin_of
-
-    def make() -> Twin:
-        from brdf.material import load_material  # loads JAX, which takes most of a second
-
-        return twin_of(load_material(path).brdf)
-
-    try:
-        content = pathlib.Path(path).read_bytes()
-    except OSError:
-        return make()  # which says what is wrong with the file
-    return kept_twin(content, make)
 
 
 def tabulated(measured: Reflectance) -> Tabulated:

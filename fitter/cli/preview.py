@@ -91,6 +91,11 @@ def command(
     """
     import json
     import math
+    import os
+
+    # The matrices of a material's fit are small: more threads for them wait long where others are at work. Read when
+    # NumPy is loaded.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
     from brdf.errors import UserError
 

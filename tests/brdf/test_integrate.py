@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from brdf.integrate import albedo, albedos, evaluate_in_chunks, half_vector_rule, sphere
+from brdf.integrate import albedo, albedos, evaluate_in_chunks, sphere
 from brdf.material import from_dict
 from brdf.model import evaluate
+from brdf.quadrature import half_vector_rule
 
 THETA = np.radians([0.0, 30.0, 60.0, 80.0, 88.0])
 PHI = np.radians([0.0, 20.0, 45.0, 100.0, 300.0])

@@ -11,8 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 import brdf
-from brdf.integrate import evaluate_in_chunks, half_vector_rule
+from brdf.integrate import evaluate_in_chunks
 from brdf.model import AbstractBRDF
+from brdf.quadrature import half_vector_rule
 from shaders import Part, Scene, Tabulated, evaluate, load_environment
 from shaders.mesh import sphere
 from shaders.renderer import Renderer

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 import shaders
 from brdf.errors import UserError
-from fitter.bench.start import Start, write_hdr
+from fitter.bench.start import IMPORT_JAX, NEW, SEEN, Start, write_hdr
 from fitter.cli._bench_preview_bars import bars
 from fitter.cli._bench_preview_run import PreviewBench
 from fitter.cli.bench import command
@@ -187,13 +187,13 @@ def test_a_bar_is_met_at_its_limit_and_missed_above():
     # Oracle: the limits of the issue: 1.5 s cold, 0.9 s warm; half the time and a fiftieth of the error.
     row = TableRow("cosine", 64, 1.0, 2.0, 0.01, 0.5)
     settings = PictureSettings(("x",), ("metal",), (0.6,), 24, 24, 1, (), 0.1, 1.0)
-    starts = [Start("tables empty", 1.5, 1.0), Start("both warm", 1.0, 1.0), Start("import jax", 9.0, 9.0)]
+    starts = [Start(NEW, 1.5, 1.0), Start(SEEN, 1.0, 1.0), Start(IMPORT_JAX, 3.0, 3.0)]
     found = PreviewBench([], None, [Tables("x", (row,), 1.0, 1.0, 2.0, 0.5)], starts, settings, "none", None)
     assert [(bar.found, bar.is_met) for bar in bars(found)] == [
         ("0.50 x", True),
         ("50 x; 1 of 1 met", True),
-        ("1.50 s (1.00 s of CPU)", True),
-        ("1.00 s (1.00 s of CPU)", False),
+        ("1.50 s (1.00 s of CPU, 0.50 x import jax)", True),
+        ("1.00 s (1.00 s of CPU, 0.33 x import jax)", False),
     ]
 
 

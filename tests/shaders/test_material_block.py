@@ -14,8 +14,9 @@ import pytest
 import brdf
 from brdf.model import AbstractBRDF
 from brdf.parameter import choices, parameters
+from brdf.plain import plain_lobes
 from brdf.registry import combine, lobe_models, split
-from shaders.material_block import block_size, glsl, members, pack, proposal_count
+from shaders.material_block import block_size, members, pack, twin
 from shaders.twin import BLOCK
 
 EXPRESSIONS = [*brdf.MODELS, "lambert+ggx", "oren_nayar+beckmann+ggx", "ggx+ggx+lambert+oren_nayar+ggx"]
@@ -36,14 +37,14 @@ def _with_distinct_values(expression: str) -> AbstractBRDF:
 
 @pytest.mark.parametrize("expression", EXPRESSIONS)
 def test_members_neither_overlap_nor_cross_a_vec4(expression: str):
-    model = brdf.build(expression)
+    lobes = plain_lobes(brdf.build(expression))
     end = 0
-    for member in members(model):
+    for member in members(lobes):
         assert member.offset >= end
         assert member.offset // 16 == (member.offset + 4 * member.parameter.size - 1) // 16
         end = member.offset + 4 * member.parameter.size
-    assert len(pack(model)) == block_size(model) >= end
-    assert block_size(model) % 16 == 0
+    assert len(pack(lobes)) == block_size(lobes) >= end
+    assert block_size(lobes) % 16 == 0
 
 
 @pytest.mark.gpu
@@ -54,17 +55,17 @@ def test_glsl_reads_every_member_back(expression: str):
 
     model = _with_distinct_values(expression)
     reads: list[str] = []
-    for member in members(model):
+    for member in members(plain_lobes(model)):
         parts = [f".{axis}" for axis in "xyz"] if member.parameter.kind == "color" else [""]
         reads += [f"{member.name}{part}" for part in parts]
     body = "".join(f"    found[{number}] = {read};\n" for number, read in enumerate(reads))
     text = (
         "layout(local_size_x = 1) in;\nlayout(std430, binding = 0) writeonly buffer Found { float found[]; };\n"
-        f"{glsl(model)}void main() {{\n{body}}}\n"
+        f"{twin(model).text}void main() {{\n{body}}}\n"
     )
     ctx = device().ctx
     program = Programs(ctx).compute("text", {}, {"text": text})
-    found, block = ctx.buffer(reserve=4 * len(reads)), ctx.buffer(pack(model))
+    found, block = ctx.buffer(reserve=4 * len(reads)), ctx.buffer(twin(model).block)
     found.bind_to_storage_buffer(0)
     block.bind_to_uniform_block(BLOCK)
     program.run(1)
@@ -76,24 +77,24 @@ def test_glsl_reads_every_member_back(expression: str):
 def test_the_text_depends_on_choices_and_not_on_values():
     ggx = brdf.MODELS["ggx"]
     option = choices(ggx)[0].options[1]
-    assert glsl(ggx(alpha=0.1)) == glsl(ggx(alpha=0.9))
-    assert glsl(ggx()) != glsl(ggx(masking=option))
+    assert twin(ggx(alpha=0.1)).text == twin(ggx(alpha=0.9)).text
+    assert twin(ggx()).text != twin(ggx(masking=option)).text
 
 
 def test_parameters_that_the_choices_leave_unused_are_not_in_the_block():
-    names = {member.name for member in members(brdf.MODELS["ggx"](fresnel="conductor"))}
+    names = {member.name for member in members(plain_lobes(brdf.MODELS["ggx"](fresnel="conductor")))}
     assert names == {"ggx_eta", "ggx_k", "ggx_alpha"}
 
 
 def test_tables_are_real_only_where_a_lobe_uses_them():
     ggx = brdf.MODELS["ggx"]
-    assert "ggx_loss(float x, float y) { return 0.0; }" in glsl(ggx())
+    assert "ggx_loss(float x, float y) { return 0.0; }" in twin(ggx()).text
     both = combine({"ggx": ggx(), "ggx_2": ggx(energy="multiple")})
-    assert "ggx_loss(float x, float y) { return 0.0; }" not in glsl(both)
-    assert glsl(both).count("float ggx_loss(") == 1
+    assert "ggx_loss(float x, float y) { return 0.0; }" not in twin(both).text
+    assert twin(both).text.count("float ggx_loss(") == 1
 
 
 def test_every_specular_lobe_is_proposed():
-    assert proposal_count(brdf.build("lambert+ggx+beckmann+ggx")) == 3
-    assert proposal_count(brdf.build("oren_nayar")) == 0
+    assert twin(brdf.build("lambert+ggx+beckmann+ggx")).proposals == 3
+    assert twin(brdf.build("oren_nayar")).proposals == 0
     assert list(lobe_models("ggx+ggx")) == ["ggx", "ggx_2"]

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 import brdf
 from brdf.model import AbstractBRDF
 from brdf.parameter import choices, parameters
+from brdf.plain import plain_lobes
 from shaders import Environment, Part, Scene, load_environment, render
 from shaders.material_block import pack, twin
 from shaders.twin import Twin
@@ -53,7 +54,7 @@ def _model(name: str, part: float | np.random.Generator, **options: str) -> Abst
 
 def _through_block(model: AbstractBRDF, whole: AbstractBRDF) -> Twin:
     """A model's values in the program of one that has every part."""
-    return dataclasses.replace(twin(whole), block=pack(model))
+    return dataclasses.replace(twin(whole), block=pack(plain_lobes(model)))
 
 
 def _faults(material: AbstractBRDF | Twin, environments: list[Environment], what: str) -> Iterator[str]:

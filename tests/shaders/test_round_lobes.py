@@ -13,7 +13,8 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 import brdf
-from brdf.integrate import albedos, half_vector_rule
+from brdf.integrate import albedos
+from brdf.quadrature import half_vector_rule
 from shaders import Environment, Part, Scene, evaluate, load_environment, render
 from shaders.kernel import COSINE
 from shaders.material_block import twin

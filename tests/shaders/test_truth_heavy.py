@@ -14,9 +14,10 @@ import pytest
 from numpy.typing import NDArray
 
 import brdf
-from brdf.integrate import evaluate_in_chunks, half_vector_rule
+from brdf.integrate import evaluate_in_chunks
 from brdf.model import AbstractBRDF
 from brdf.parameter import parameters
+from brdf.quadrature import half_vector_rule
 from shaders import Camera, Environment, Mesh, Part, Scene, load_environment, render
 
 pytestmark = [pytest.mark.gpu, pytest.mark.heavy]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from shaders import Environment
+from shaders import Environment, wide_blurs
 from shaders.cube_texels import texel_directions
 from shaders.kernel import COSINE, SATURATED, Kernel, nearest_kernel
 from shaders.lamps import Lamps, find_lamps, find_strong_lamps, merge_lamps
@@ -106,3 +106,11 @@ def test_neighbouring_lamps_become_one_in_the_middle_of_their_light():
     np.testing.assert_allclose(merged.directions, [[1, 0.0075, 0], [0, 1, 0]], atol=1e-4)
     np.testing.assert_allclose(merged.fluxes, [[4, 4, 4], [1, 0, 0]])
     assert len(merge_lamps(lamps, 0.1).directions) == 3
+
+
+@pytest.mark.parametrize("kernel", KERNELS, ids=lambda one: one.name)
+def test_a_blur_that_was_made_is_read_and_not_made_again(kernel: Kernel, monkeypatch: pytest.MonkeyPatch):
+    # Oracle: the round trip.
+    made = blurred_texels(_lit(5.0), kernel)
+    monkeypatch.setattr(wide_blurs, "_texels", lambda *_: pytest.fail("it is made although it was kept"))
+    np.testing.assert_array_equal(blurred_texels(_lit(5.0), kernel), made)
