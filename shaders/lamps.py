@@ -64,6 +64,16 @@ def merge_lamps(lamps: Lamps, width: float) -> Lamps:
 @functools.lru_cache(8)
 def find_lamps(environment: Environment) -> Lamps:
     """The lamps of an environment, 64 texels at most: the limit is what the next brightest one has."""
+    return _above(environment, _COUNT_MAX)
+
+
+@functools.lru_cache(8)
+def find_bright(environment: Environment) -> Lamps:
+    """All texels above four times the mean radiance, whose lamps are among them."""
+    return _above(environment, environment.pixels[..., 0].size)
+
+
+def _above(environment: Environment, count_max: int) -> Lamps:
     pixels = environment.pixels
     height, width = pixels.shape[:2]
     edges = np.cos(np.pi * np.arange(height + 1) / height)
@@ -73,8 +83,8 @@ def find_lamps(environment: Environment) -> Lamps:
     mean = float(peak.sum(axis=1, dtype=np.float64) @ solid_angle / (4 * np.pi))
     limit = _EXCESS_MIN * mean
     above = np.flatnonzero(peak > limit)
-    if len(above) > _COUNT_MAX:
-        limit = float(np.partition(peak.ravel()[above], -_COUNT_MAX - 1)[-_COUNT_MAX - 1])
+    if len(above) > count_max:
+        limit = float(np.partition(peak.ravel()[above], -count_max - 1)[-count_max - 1])
         above = np.flatnonzero(peak > limit)
     row, column = np.divmod(above, width)
     polar, azimuth = np.pi * (row + 0.5) / height, 2 * np.pi * ((column + 0.5) / width - 0.5)

@@ -1,8 +1,9 @@
-"""The sun of an environment, taken out of it: a small light that is strong enough to show a highlight's own shape.
+"""The sun of an environment, taken out of it: one compact light, strong enough to show a highlight's own shape.
 
 A round lobe's image of it is round in directions of light, where a microfacet's is round in half vectors: away from the
 mirror's axis one is half as wide as the other, and no sum of a few round lobes hides it. So a material is lit by such a
-light by its own values, and by blurs of the rest alone.
+light by its own values, and by blurs of the rest alone. A studio's spot light is a sun too, to a material with a wide
+enough highlight; a soft box is none.
 """
 
 from __future__ import annotations
@@ -16,15 +17,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .environment import Environment
-from .lamps import find_lamps
+from .lamps import find_bright
 
 if TYPE_CHECKING:
     from .round_lobes import RoundLobes
 
-# From its brightest texel, in radians, and in texels of a coarser picture. The sun's radius is 0.005.
-_RADIUS, _TEXELS = 0.03, 2
+# From its middle, in radians, and in texels of a coarse picture. The sun's own is 0.005, its glow's a few times that.
+_RADII, _TEXELS = (0.03, 0.06, 0.12, 0.2), 2
+# Within twice the radius there is no more than so many times the light: else it is a part of something larger.
+_COMPACT = 1.15
 # Of all light, in each texel's brightest channel: with less it does not stand out.
 _SHARE_MIN = 0.02
+_STEPS_TO_MIDDLE = 4
 # Of the root mean square of angles within it: narrower kernels show its own shape. One that is as narrow is twice as
 # high in the middle for a point, where the picture is white anyway.
 _WIDTHS = 0.7
@@ -34,7 +38,7 @@ _MISFIT_MIN = 0.02
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Sun:
-    """A light without size.
+    """A small light.
 
     - `direction`: shape (3,), float64, unit, in the environment's axes.
     - `irradiance`: shape (3,), float32, on a surface that faces it.
@@ -46,6 +50,12 @@ class Sun:
     irradiance: NDArray[np.float32]
     spread: float
     rest: Environment
+
+    @property
+    def edge(self) -> float:
+        """By which it rises and sets, as a cosine: a disc of this spread on the horizon lights as much as a strip that
+        reaches so far to both sides."""
+        return 1.2 * self.spread
 
 
 def light_of(environment: Environment, lobes: RoundLobes) -> tuple[Environment, Sun | None]:
@@ -62,19 +72,18 @@ def light_of(environment: Environment, lobes: RoundLobes) -> tuple[Environment, 
 
 @functools.lru_cache(8)
 def find_sun(environment: Environment) -> Sun | None:
-    """What lies around the brightest texel and above the limit of `lamps`, if it holds light that counts."""
-    lamps = find_lamps(environment)
-    strength = lamps.fluxes.max(axis=1)
-    if not len(strength):
-        return None
-    directions = lamps.directions.astype(np.float64)
+    """The light about the brightest texel, if it is compact and holds light that counts."""
+    bright = find_bright(environment)
+    directions, strength = bright.directions.astype(np.float64), bright.fluxes.max(axis=1)
     height, width = environment.pixels.shape[:2]
     texel = np.pi / height
-    is_near = np.linalg.norm(directions - directions[strength.argmax()], axis=1) < max(_RADIUS, _TEXELS * texel)
-    if strength[is_near].sum() < _SHARE_MIN * strength.sum() / lamps.share:
+    if bright.share < _SHARE_MIN:
         return None
-    middle = strength[is_near] @ directions[is_near]
-    middle /= np.linalg.norm(middle)
+    least = _SHARE_MIN * float(strength.sum()) / bright.share
+    compact = _compact(directions, strength, least, texel)
+    if compact is None:
+        return None
+    middle, is_near = compact
     squares = np.square(directions[is_near] - middle).sum(axis=1)
     # Between texels light is interpolated, which spreads each of them by a sixth of its squared width either way.
     spread = math.sqrt(np.average(squares, weights=strength[is_near]) + texel**2 / 3)
@@ -82,6 +91,26 @@ def find_sun(environment: Environment) -> Sun | None:
     x, y, z = directions[is_near].T
     row = (np.arctan2(np.hypot(x, z), y) / np.pi * height).astype(int)
     column = ((0.5 + np.arctan2(x, -z) / (2 * np.pi)) * width).astype(int)
-    pixels[row, column] = np.minimum(pixels[row, column], np.float32(lamps.limit))
+    pixels[row, column] = np.minimum(pixels[row, column], np.float32(bright.limit))
     rest = Environment(pixels, f"{environment.name} without its sun")
-    return Sun(middle, lamps.fluxes[is_near].sum(axis=0), spread, rest)
+    return Sun(middle, bright.fluxes[is_near].sum(axis=0), spread, rest)
+
+
+def _compact(
+    directions: NDArray[np.float64], strength: NDArray[np.float32], least: float, texel: float
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]] | None:
+    """The middle of the smallest compact light about the brightest texel that has this strength, and what belongs to
+    it."""
+    for radius in _RADII:
+        radius = max(radius, _TEXELS * texel)
+        middle = directions[strength.argmax()]
+        is_near = np.linalg.norm(directions - middle, axis=1) < radius
+        for _ in range(_STEPS_TO_MIDDLE):
+            middle = strength[is_near] @ directions[is_near]
+            middle /= np.linalg.norm(middle)
+            is_near = np.linalg.norm(directions - middle, axis=1) < radius
+        inside = strength[is_near].sum()
+        around = strength[np.linalg.norm(directions - middle, axis=1) < 2 * radius].sum()
+        if inside >= least and around <= _COMPACT * inside:
+            return middle, is_near
+    return None

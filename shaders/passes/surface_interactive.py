@@ -62,8 +62,12 @@ def prepare(frame: Frame) -> Callable[[int], None]:
         if sun is not None:
             bind_material(index)
             towards = environment_to_world(frame.scene) @ sun.direction
-            values = {"sun_direction": tuple(towards), "sun_irradiance": tuple(sun.irradiance)}
-            set_uniforms(program_of(part), values)
+            light_values = {
+                "sun_direction": tuple(towards),
+                "sun_irradiance": tuple(sun.irradiance),
+                "sun_edge": sun.edge,
+            }
+            set_uniforms(program_of(part), light_values)
         for unit, kernel in enumerate(lobes.cubes, FIRST_BLUR):
             frame.resource(cube_name(frame.scene, light, kernel), moderngl.TextureCube).use(unit)
         units = list(range(FIRST_BLUR, FIRST_BLUR + len(lobes.cubes)))
