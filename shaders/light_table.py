@@ -3,8 +3,8 @@
 The texels are listed along a Hilbert curve, each as often as its light says, and the list is cut into segments of about
 equal light, between texels. In a segment one look-up inverts the distribution. For each kernel and each of a grid of
 axes a segment has slots in proportion to its light times the kernel's mean over it, and one look-up chooses a slot. The
-kernels are the clamped cosine, for what is diffuse, and GGX lobes of some widths. The density of a texel is a product of
-two whole numbers, entries and slots: exact, however coarse the table is. The direction lies about the texel's centre
+kernels are the clamped cosine, for what is diffuse, and GGX lobes of some widths. The density of a texel is a product
+of two whole numbers, entries and slots: exact, however coarse the table is. The direction lies about the texel's centre
 with the tent by which radiance is interpolated.
 
 - Karlik, Sik, Vevoda, Skrivan, Krivanek 2019, "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance
@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 # Larger pictures are listed in square blocks, as few as bring them to this width.
 _WIDTH_MAX = 2048
-# Of the mean, what is left to the other density, which draws an even light better: with 0.25 clear and overcast skies are
-# up to 1.6 times as noisy, with 1 the studio is by a tenth.
+# Of the mean, what is left to the other density, which draws an even light better: with 0.25 clear and overcast skies
+# are up to 1.6 times as noisy, with 1 the studio is by a tenth.
 _LEFT = 0.5
 SEGMENTS = 64
 # Entries of each segment's part of the list: two for a mean texel of 1024 x 512. Half as many leave more noise than
