@@ -1,6 +1,6 @@
-// Directions chosen by the light that comes from them and by how much of it a material reflects to one viewer: each part of
-// what the material proposes chooses from the light table by a kernel of its own, the cosine by a cosine, a lobe by one of
-// about its width.
+// Directions chosen by the light that comes from them and by how much of it a material reflects to one viewer: each part
+// of what the material proposes chooses from the light table by a kernel of its own, the cosine by a cosine, a lobe by one
+// of about its width.
 //
 // - Lagarde, de Rousiers 2014, "Moving Frostbite to Physically Based Rendering": the dominant direction of GGX.
 
@@ -8,7 +8,7 @@
 #include "mixture.glsl"
 #include "sequence.glsl"
 
-// A lobe of this slope has half of its share: the narrower it is, the better its own directions find its lights, of which
+// A lobe of this slope has half of its share: the narrower it is, the better its own directions find its lights, for which
 // the table's segments are too wide.
 const float NARROW = 0.05;
 
