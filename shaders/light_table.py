@@ -57,8 +57,8 @@ class LightTable:
       times the segment's slots and divided by the sine of the polar angle is the density in 1/sr; 0 where no direction
       is drawn. The lowest six bits are not the density's: they number the segment.
     - `cells`: shape (64, 16384), uint32: row 2^16 + column of the first texel of a block, for each segment.
-    - `slots`: shape (5 24 48, 576), uint32: for each kernel and axis 512 slots, segment 2^20 + count 2^10 + first slot
-      of the segment, and then how many slots each segment has.
+    - `slots`: shape (5 24 48, 192), uint32: for each kernel and axis 512 slots, the segment of each in a byte, the
+      lowest first, and then for each segment its first slot 2^16 + how many it has.
     - `block`: texels a side of a block; all of its texels are as likely.
     - `is_even`: whether the light is the same from everywhere, so that drawing it is of no use.
     """
@@ -131,9 +131,10 @@ def _apportioned_slots(weight: NDArray[np.float64], light: NDArray[np.float64]) 
     rest = np.rint(total * ((SLOTS - seen.sum(axis=1)) / total[:, -1])[:, None]).astype(np.int64)
     end = rest + np.cumsum(seen, axis=1)
     first = np.concatenate([np.zeros((len(end), 1), np.int64), end[:, :-1]], axis=1)
-    packed = (np.arange(SEGMENTS) << 20) + ((end - first) << 10) + first
-    chosen = np.repeat(packed.reshape(-1), (end - first).reshape(-1)).reshape(-1, SLOTS)
-    return np.concatenate([chosen, end - first], axis=1).astype(np.uint32)
+    numbers = np.broadcast_to(np.arange(SEGMENTS, dtype=np.uint8), end.shape)
+    chosen = np.repeat(numbers.reshape(-1), (end - first).reshape(-1)).reshape(-1, SLOTS)
+    packed = ((first << 16) + (end - first)).astype(np.uint32)
+    return np.concatenate([np.ascontiguousarray(chosen).view("<u4"), packed], axis=1)
 
 
 def _directions_at(places: NDArray[np.float64]) -> NDArray[np.float32]:

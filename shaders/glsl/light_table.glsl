@@ -32,12 +32,12 @@ uint kernel_of(float alpha) {
 // Where the slots of a kernel about an axis begin.
 uint slots_about(uint kernel, vec3 axis) {
     uvec2 cell = min(uvec2(environment_uv(axis) * vec2(AXES)), AXES - 1u);
-    return ((kernel * AXES.y + cell.y) * AXES.x + cell.x) * (SLOTS + SEGMENTS);
+    return ((kernel * AXES.y + cell.y) * AXES.x + cell.x) * (SLOTS / 4u + SEGMENTS);
 }
 
 // How many of these slots the segment of a texel has, from the texel's alpha.
 float slots_of(uint slots, float alpha) {
-    return float(light_slots[slots + SLOTS + (floatBitsToUint(alpha) & (SEGMENTS - 1u))]);
+    return float(light_slots[slots + SLOTS / 4u + (floatBitsToUint(alpha) & (SEGMENTS - 1u))] & 65535u);
 }
 
 // The density in 1/sr of sample_light, from the alpha of the direction's texel and how many slots its segment has.
@@ -47,12 +47,13 @@ float pdf_light(float count, float alpha, vec3 w) {
 
 // A texel, and the direction's place in the picture about it, from a number in units of 2^-32 and one in [0, 1).
 ivec2 sample_light(uint slots, uint x, float y, out vec2 uv) {
-    uint slot = light_slots[slots + (x >> 23u)];
-    float count = float((slot >> 10u) & 1023u);
-    float place = float(x - ((slot & 1023u) << 23u)) / (8388608.0 * count);
+    uint slot = x >> 23u;
+    uint segment = bitfieldExtract(light_slots[slots + (slot >> 2u)], int(8u * (slot & 3u)), 8);
+    uint range = light_slots[slots + SLOTS / 4u + segment];
+    float place = float(x - ((range >> 16u) << 23u)) / (8388608.0 * float(range & 65535u));
     place = min(place, 0.99999994) * float(ENTRIES);
     float entry = floor(place);
-    uint cell = light_cells[(slot >> 20u) * ENTRIES + uint(entry)];
+    uint cell = light_cells[segment * ENTRIES + uint(entry)];
     vec2 part = vec2(place - entry, y);
     vec2 corner = vec2(cell & 65535u, cell >> 16u);
     vec2 size = vec2(light_size);
