@@ -115,6 +115,11 @@ def _directional_albedo(distribution: str, cosines: np.ndarray, alphas: np.ndarr
         return np.array([float(albedo(*pair)) for pair in pairs]).reshape(cosines.shape)
 
 
+def directional_loss(distribution: str, cos_theta: Scalar, alpha: Scalar) -> Scalar:
+    """`1 - E`, rounded up smoothly: the part of white light that leaves no facet at once."""
+    return _softened(loss_table(distribution)(_reduced(cos_theta, alpha), alpha))
+
+
 def multiple_scattering(
     distribution: str, g: Geometry, alpha: Scalar, fresnel: Callable[[Scalar, Scalar], Color]
 ) -> Color:
@@ -127,9 +132,7 @@ def multiple_scattering(
     - `alpha`: the slope; for unequal ones their geometric mean, an approximation.
     - `fresnel`: reflectance as a function of `cos_d` and `1 - cos_d`.
     """
-    table = loss_table(distribution)
-    loss_i = _softened(table(_reduced(g.cos_i, alpha), alpha))
-    loss_o = _softened(table(_reduced(g.cos_o, alpha), alpha))
+    loss_i, loss_o = (directional_loss(distribution, cosine, alpha) for cosine in (g.cos_i, g.cos_o))
     mean_loss = mean_loss_table(distribution)(alpha)
     f = fresnel_average(fresnel, alpha)
     f_multiple = f * f * (1 - mean_loss) / (1 - f * mean_loss)

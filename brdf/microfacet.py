@@ -16,7 +16,7 @@ import jax.numpy as jnp
 
 from .chebyshev import Chebyshev
 from .distributions import alpha_sin2
-from .energy import loss_table, mean_loss_table, multiple_scattering
+from .energy import directional_loss, loss_table, mean_loss_table, multiple_scattering
 from .frame import Color, Geometry, Scalar, turned
 from .fresnel import (
     f_conductor,
@@ -131,6 +131,12 @@ class AbstractMicrofacet(AbstractBRDF):
     def multiple_scattering(self, g: Geometry, distribution: str) -> Color:
         """What a model that drops light after one facet has lost, see `brdf.energy`."""
         return multiple_scattering(distribution, g, self.mean_slope(), self.fresnel_reflectance)
+
+    def cosine_share(self, cos_o: Scalar, distribution: str) -> Scalar:
+        """What of the cosine is proposed beside facets of weight 1: as much light as several facets reflect, and more
+        at wide slopes, where the facets' own proposals are GGX's whatever they are."""
+        alpha = self.mean_slope()
+        return directional_loss(distribution, cos_o, alpha) + alpha * alpha
 
     def mixture(self, cos_o: Scalar, diffuse: Scalar) -> Proposals:
         """GGX normals of these slopes, and a share `diffuse` of the cosine beside them."""

@@ -2,7 +2,7 @@
 
 Frames are added by turns to two sums, drawn from different random points. Half the difference of their means is as
 large as the error of the mean of both: its square's mean estimates the squared error without bias, whatever the points
-are, as long as the two are independent.
+are, as long as the two are independent. Where nobody asks for the error there is one sum.
 """
 
 from __future__ import annotations

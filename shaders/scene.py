@@ -70,7 +70,7 @@ class Scene:
       `samples` is given.
     - `seconds`: `"truth"` only: it stops after this time, converged or not.
     - `samples`: directions of light per pixel, all densities and frames together, rounded up to whole frames. With an
-      error it is the most, else the exact number.
+      error it is the most, else the exact number: the truth then is a little better, and does not estimate its error.
     - `sky`: whether the environment is seen, as it is or blurred; without it the picture has a fourth channel, the
       coverage.
     - `tone_map`: `"neutral"` adds a picture for displays (Khronos PBR Neutral, sRGB), `"none"` does not.

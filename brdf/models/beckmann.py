@@ -40,7 +40,7 @@ class Beckmann(AbstractMicrofacet):
         return single if self.energy == "single" else single + self.multiple_scattering(g, "beckmann")
 
     def proposals(self, cos_o: Scalar) -> Proposals:
-        return self.mixture(cos_o, 0.0 * cos_o if self.energy == "single" else 1e-3 + self.mean_slope() ** 2)
+        return self.mixture(cos_o, 0.0 * cos_o if self.energy == "single" else self.cosine_share(cos_o, "beckmann"))
 
     def claims(self) -> Claims:
         return claims_with_energy(self, self.energy)

@@ -13,7 +13,7 @@ from shaders.bench.pictures import RMSE_WANTED
 
 from ..bench.tables import Table, aligned, filled, piped
 from ._bench_preview_bars import bars
-from ._bench_preview_run import FURNACE_SAMPLES, PreviewBench
+from ._bench_preview_run import FURNACE_ERROR, PreviewBench
 
 # A title, sentences, and a table, each of which may be empty.
 Part = tuple[str, list[str], Table]
@@ -55,7 +55,7 @@ def _parts(found: PreviewBench) -> Iterable[Part]:
             yield "The truth and stills", [_TRUTH.format(RMSE_WANTED), _MITSUBA], _truth(found)
     if found.furnace is not None:
         reasons = "; ".join(f"`{name}` {why}" for name, why in found.furnace.left_out.items())
-        yield "Furnace", [_FURNACE.format(FURNACE_SAMPLES), f"Left out: {reasons}."], _furnace(found)
+        yield "Furnace", [_FURNACE.format(FURNACE_ERROR), f"Left out: {reasons}."], _furnace(found)
     if found.tables:
         cubes = ", ".join(f"{one.cube_ms:.0f} ({one.environment})" for one in found.tables)
         yield "Blurred environments", [_TABLES.format(cubes)], _tables(found)
@@ -90,8 +90,8 @@ _TRUTH = (
 _FURNACE = (
     "Light that is 1 everywhere: the largest deviation of a pixel of the sphere from 1 in percent, noise and bias, and "
     "in brackets that of the means over eight rings with as many pixels each, nearly without noise; the outermost is "
-    "the rim. The truth has {} samples. All models whose claims keep the energy and that are white with all colours "
-    "at 1."
+    "the rim. The truth stops where it estimates its RMS error as {:g} in sRGB. All models whose claims keep the "
+    "energy and that are white with all colours at 1."
 )
 _TABLES = (
     "Irradiance and the blurs of GGX of roughness 0.5 and more (power 2, by width), built without the cache of tables, "

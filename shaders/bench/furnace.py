@@ -52,9 +52,9 @@ class Furnace:
 
 
 def measure_furnace(
-    names: Sequence[str], size: int, samples: int, roughness: Sequence[float], say: Callable[[str], None]
+    names: Sequence[str], size: int, error: float, roughness: Sequence[float], say: Callable[[str], None]
 ) -> Furnace:
-    """Renders every white model of these at every roughness in every tier; the truth with so many samples."""
+    """Renders every white model of these at every roughness in every tier; the truth down to this error."""
     rows, left_out = [], {}
     renderer, light = Renderer(), load_environment("furnace")
     for name in names:
@@ -68,7 +68,7 @@ def measure_furnace(
             for tier in get_args(Tier):
                 scene = Scene((Part(model),), light, width=size, height=size, tier=tier, sky="none", tone_map="none")
                 if tier == "truth":
-                    scene = dataclasses.replace(scene, samples=samples)
+                    scene = dataclasses.replace(scene, error=error)
                 largest[tier], ring[tier] = deviations(renderer.render(scene).pixels)
             rows.append(FurnaceRow(name, setting, largest, ring))
     return Furnace(tuple(rows), left_out)

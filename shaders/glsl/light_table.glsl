@@ -1,5 +1,5 @@
-// Directions chosen by the light that comes from them and its cosine to a normal. The twin of this file is shaders/
-// light_table.py, which makes the table and says how.
+// Directions chosen by the light that comes from them, times a kernel about a direction. The twin of this file is
+// shaders/light_table.py, which makes the table and says how.
 //
 // A direction's radiance is that of one texel, chosen among the four beside it with the weights by which they are
 // interpolated: its mean is the interpolation, and the density of the texel alone is the direction's, because the tent
@@ -7,14 +7,16 @@
 
 #include "common.glsl"
 #include "environment.glsl"
-#include "sequence.glsl"
 
 // Below this sine of the polar angle the density, which has the sine below it, is held.
 const float SINE_MIN = 1e-7;
 const uint SEGMENTS = 64u;
 const uint ENTRIES = 16384u;
 const uint SLOTS = 512u;
-const uvec2 NORMALS = uvec2(48u, 24u);
+const uvec2 AXES = uvec2(48u, 24u);
+const uint KERNELS = 5u;
+// Of kernel 1; each one after it has half the width of the one before.
+const float WIDEST = 0.4;
 
 uniform ivec2 light_size;
 // Texels a side of the blocks that are listed; each texel of a block is as likely.
@@ -22,27 +24,37 @@ uniform int light_block;
 layout(std430, binding = 0) readonly buffer LightCells { uint light_cells[]; };
 layout(std430, binding = 1) readonly buffer LightSlots { uint light_slots[]; };
 
-// Where the slots of a normal begin.
-uint slots_seen(vec3 normal) {
-    uvec2 cell = min(uvec2(environment_uv(normal) * vec2(NORMALS)), NORMALS - 1u);
-    return (cell.y * NORMALS.x + cell.x) * (SLOTS + SEGMENTS);
+// The kernel for what has this slope; the cosine, which is kernel 0, for wide ones.
+uint kernel_of(float alpha) {
+    return uint(clamp(1.5 + log2(WIDEST / alpha), 0.0, float(KERNELS - 1u)));
 }
 
-// The density in 1/sr of sample_light, from the alpha of the direction's texel.
-float pdf_light(uint slots, float alpha, vec3 w) {
-    uint count = light_slots[slots + SLOTS + (floatBitsToUint(alpha) & (SEGMENTS - 1u))];
-    return alpha * float(count) / max(sqrt(w.x * w.x + w.z * w.z), SINE_MIN);
+// Where the slots of a kernel about an axis begin.
+uint slots_about(uint kernel, vec3 axis) {
+    uvec2 cell = min(uvec2(environment_uv(axis) * vec2(AXES)), AXES - 1u);
+    return ((kernel * AXES.y + cell.y) * AXES.x + cell.x) * (SLOTS / 4u + SEGMENTS);
 }
 
-// A texel, from a point in units of 2^-32, and the direction's place in the picture about it.
-ivec2 sample_light(uint slots, uvec2 point, out vec2 uv) {
-    uint slot = light_slots[slots + (point.x >> 23u)];
-    float count = float((slot >> 10u) & 1023u);
-    float place = float(point.x - ((slot & 1023u) << 23u)) / (8388608.0 * count);
+// How many of these slots the segment of a texel has, from the texel's alpha.
+float slots_of(uint slots, float alpha) {
+    return float(light_slots[slots + SLOTS / 4u + (floatBitsToUint(alpha) & (SEGMENTS - 1u))] & 65535u);
+}
+
+// The density in 1/sr of sample_light, from the alpha of the direction's texel and how many slots its segment has.
+float pdf_light(float count, float alpha, vec3 w) {
+    return alpha * count / max(sqrt(w.x * w.x + w.z * w.z), SINE_MIN);
+}
+
+// A texel, and the direction's place in the picture about it, from a number in units of 2^-32 and one in [0, 1).
+ivec2 sample_light(uint slots, uint x, float y, out vec2 uv) {
+    uint slot = x >> 23u;
+    uint segment = bitfieldExtract(light_slots[slots + (slot >> 2u)], int(8u * (slot & 3u)), 8);
+    uint range = light_slots[slots + SLOTS / 4u + segment];
+    float place = float(x - ((range >> 16u) << 23u)) / (8388608.0 * float(range & 65535u));
     place = min(place, 0.99999994) * float(ENTRIES);
     float entry = floor(place);
-    uint cell = light_cells[(slot >> 20u) * ENTRIES + uint(entry)];
-    vec2 part = vec2(place - entry, unit_point(point).y);
+    uint cell = light_cells[segment * ENTRIES + uint(entry)];
+    vec2 part = vec2(place - entry, y);
     vec2 corner = vec2(cell & 65535u, cell >> 16u);
     vec2 size = vec2(light_size);
     // The last column and row of blocks may be incomplete.

@@ -99,6 +99,12 @@ vec3 multiple_scattering(Fresnel fresnel, float loss_i, float loss_o, float mean
     return f_multiple * (softened(loss_i) / mean_loss * (softened(loss_o) / PI));
 }
 
+// What of the cosine is proposed beside facets of weight 1, from their loss: as much light as several facets reflect, and
+// more at wide slopes, where the facets' own proposals are GGX's whatever they are.
+float cosine_share(float loss_o, float alpha) {
+    return softened(loss_o) + alpha * alpha;
+}
+
 // GGX normals of these slopes, and a share `diffuse` of the cosine beside them.
 Proposals mixture(Fresnel fresnel, vec2 slopes, float rotation, float diffuse, float cos_o) {
     float weight = channel_mean(fresnel_reflectance(fresnel, cos_o, 1.0 - cos_o));

@@ -6,42 +6,54 @@
 
 const int LOBES = max(PROPOSALS, 1);
 
-// What a material proposes to one viewer; the shares of cosine and lobes sum to 1.
-struct Mixture {
+// How often each part is chosen.
+struct Shares {
     float cosine;
-    float share[LOBES];
+    float lobe[LOBES];
+};
+
+// What a material proposes to one viewer; the shares sum to 1.
+struct Mixture {
+    Shares share;
     SeenLobe lobe[LOBES];
 };
 
-// Where nothing is proposed, the cosine.
+// The same shares with the sum 1. Where there are none, the cosine has all.
+Shares normalized(Shares share) {
+    float total = share.cosine;
+    for (int i = 0; i < LOBES; i++) {
+        total += share.lobe[i];
+    }
+    share.cosine = total > 0.0 ? share.cosine / total : 1.0;
+    for (int i = 0; i < LOBES; i++) {
+        share.lobe[i] = total > 0.0 ? share.lobe[i] / total : 0.0;
+    }
+    return share;
+}
+
 Mixture mixture_seen(vec3 wo) {
     Mixture m;
-    m.cosine = diffuse_proposal(wo.z);
-    float total = m.cosine;
+    m.share.cosine = diffuse_proposal(wo.z);
     for (int i = 0; i < LOBES; i++) {
         SpecularLobe lobe = specular_proposal(i, wo.z);
         m.lobe[i] = seen_lobe(lobe, wo);
-        m.share[i] = i < PROPOSALS ? lobe.weight : 0.0;
-        total += m.share[i];
+        m.share.lobe[i] = i < PROPOSALS ? lobe.weight : 0.0;
     }
-    m.cosine = total > 0.0 ? m.cosine / total : 1.0;
-    for (int i = 0; i < LOBES; i++) {
-        m.share[i] = total > 0.0 ? m.share[i] / total : 0.0;
-    }
+    m.share = normalized(m.share);
     return m;
 }
 
 // The part that a number in [0, 1) stands for, -1 for the cosine, else a lobe; the number becomes its place in there, so
 // that evenly spread numbers are evenly spread over each part.
-int chosen_part(Mixture m, inout float u) {
+int chosen_part(Shares share, inout float u) {
     int part = -1;
     float start = 0.0;
-    float width = m.cosine;
+    float width = share.cosine;
     for (int i = 0; i < PROPOSALS; i++) {
         // Shares may sum to a little less than 1: a part without a share takes nothing of the rest.
-        bool beyond = u >= start + width && m.share[i] > 0.0;
+        bool beyond = u >= start + width && share.lobe[i] > 0.0;
         start = beyond ? start + width : start;
-        width = beyond ? m.share[i] : width;
+        width = beyond ? share.lobe[i] : width;
         part = beyond ? i : part;
     }
     u = clamp((u - start) / width, 0.0, 0.99999994);
@@ -63,9 +75,9 @@ vec3 sample_part(Mixture m, int part, vec2 u) {
 
 // The density of sample_part over all parts in 1/sr, for directions above the horizon.
 float pdf_mixture(Mixture m, Geometry g) {
-    float pdf = m.cosine * (g.cos_i / PI);
+    float pdf = m.share.cosine * (g.cos_i / PI);
     for (int i = 0; i < PROPOSALS; i++) {
-        pdf += m.share[i] * pdf_lobe(m.lobe[i], g);
+        pdf += m.share.lobe[i] * pdf_lobe(m.lobe[i], g);
     }
     return pdf;
 }
@@ -73,7 +85,7 @@ float pdf_mixture(Mixture m, Geometry g) {
 // A direction to the light: u.x chooses the part, u.yz the direction.
 vec3 sample_brdf(vec3 wo, vec3 u) {
     Mixture m = mixture_seen(wo);
-    int part = chosen_part(m, u.x);
+    int part = chosen_part(m.share, u.x);
     return sample_part(m, part, u.yz);
 }
 

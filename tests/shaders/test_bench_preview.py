@@ -154,7 +154,7 @@ def test_both_ways_to_blur_keep_a_constant_sky():
 
 @pytest.mark.gpu
 def test_models_that_are_not_white_are_left_out_of_the_furnace_with_the_reason():
-    found = measure_furnace(["burley", "disney", "lambert", "phong"], 8, 16, (0.6,), lambda sentence: None)
+    found = measure_furnace(["burley", "disney", "lambert", "phong"], 8, 0.01, (0.6,), lambda sentence: None)
     assert [row.model for row in found.rows] == ["lambert"]
     assert max(found.rows[0].largest.values()) < 1e-3
     assert "not white" in found.left_out["phong"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from shaders.light_table import ENTRIES, SEGMENTS, SLOTS, LightTable, light_table
+from shaders.light_table import AXES, ENTRIES, SEGMENTS, SLOTS, WIDTHS, LightTable, light_table
 
 
 def _sunny(height: int, width: int) -> np.ndarray:
@@ -16,18 +16,18 @@ def _sunny(height: int, width: int) -> np.ndarray:
     return pixels
 
 
-def _above_quarter_mean(pixels: np.ndarray) -> np.ndarray:
-    """The part of all light above a quarter of the mean luminance that each texel holds."""
+def _above_half_mean(pixels: np.ndarray) -> np.ndarray:
+    """The part of all light above half of the mean luminance that each texel holds."""
     luminance = pixels.astype(np.float64) @ [0.2126, 0.7152, 0.0722]
     sine = np.sin(np.pi * (np.arange(len(pixels)) + 0.5) / len(pixels))[:, None]
     mean = (luminance * sine).sum() / (sine.sum() * pixels.shape[1])
-    light = np.maximum(luminance - 0.25 * mean, 0) * sine
+    light = np.maximum(luminance - 0.5 * mean, 0) * sine
     return light / light.sum()
 
 
 def _counts(table: LightTable) -> np.ndarray:
-    """How many slots each segment has for each normal, shape (normals, segments)."""
-    return table.slots[:, SLOTS:]
+    """How many slots each segment has for each kernel and axis, shape (kernels axes, segments)."""
+    return table.slots[:, SLOTS // 4 :] & 65535
 
 
 def _listed(table: LightTable, segments: np.ndarray) -> np.ndarray:
@@ -40,7 +40,7 @@ def _listed(table: LightTable, segments: np.ndarray) -> np.ndarray:
 
 
 def _density(table: LightTable, slots: np.ndarray) -> np.ndarray:
-    """The density of a normal, as the shader takes it apart."""
+    """The density of an axis, as the shader takes it apart."""
     return table.density.astype(np.float64) * slots[table.density.view(np.uint32) & (SEGMENTS - 1)]
 
 
@@ -50,16 +50,16 @@ def _direction(v: float, u: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("shape", [(2, 4), (16, 32), (25, 50), (64, 128)])
-def test_texels_are_listed_in_proportion_to_their_light_above_a_quarter_of_the_mean(shape: tuple[int, int]):
+def test_texels_are_listed_in_proportion_to_their_light_above_half_of_the_mean(shape: tuple[int, int]):
     pixels = _sunny(*shape)
-    table, expected = light_table(pixels), _above_quarter_mean(pixels)
+    table, expected = light_table(pixels), _above_half_mean(pixels)
     segments = np.bincount((table.density.view(np.uint32) & (SEGMENTS - 1)).reshape(-1), expected.reshape(-1), SEGMENTS)
     # Each texel may round by one of 2^20 entries, or by half of one that its segment's others share.
     np.testing.assert_allclose(_listed(table, segments), expected, atol=2e-6)
 
 
 @pytest.mark.parametrize("shape", [(1, 2), (25, 50), (2050, 4100)])
-def test_the_density_integrates_to_one_for_every_normal(shape: tuple[int, int]):
+def test_the_density_integrates_to_one_for_every_kernel_and_axis(shape: tuple[int, int]):
     # Its interpolation over the picture has the mean of the texels' own, in units of 2 pi^2.
     table = light_table(_sunny(*shape))
     assert table.density.shape == shape
@@ -76,22 +76,22 @@ def test_the_density_is_that_of_the_list_and_the_slots():
         np.testing.assert_allclose(_density(table, slots), expected, rtol=2**-17, atol=1e-30)
 
 
-def test_slots_of_a_segment_are_neighbours_and_say_how_many_they_are():
+def test_slots_of_a_segment_are_neighbours_and_it_is_said_where_and_how_many_they_are():
     table = light_table(_sunny(32, 64))
-    drawn, counts = table.slots[:, :SLOTS].astype(np.int64), _counts(table)
-    segment, count, first = drawn >> 20, (drawn >> 10) & 1023, drawn & 1023
-    for row in range(0, len(drawn), 97):
+    counts, first = _counts(table), table.slots[:, SLOTS // 4 :] >> 16
+    segment = np.ascontiguousarray(table.slots[:, : SLOTS // 4]).view("<u1")
+    for row in range(0, len(segment), 97):
         np.testing.assert_array_equal(np.bincount(segment[row], minlength=SEGMENTS), counts[row])
-        np.testing.assert_array_equal(count[row], counts[row][segment[row]])
-        np.testing.assert_array_equal(first[row], np.searchsorted(segment[row], segment[row]))
+        has_any = counts[row] > 0
+        np.testing.assert_array_equal(first[row][has_any], np.searchsorted(segment[row], np.flatnonzero(has_any)))
 
 
-def test_slots_are_in_proportion_to_light_times_cosine():
+def test_the_first_slots_are_in_proportion_to_light_times_cosine():
     pixels = np.zeros((90, 180, 3), np.float32)
     lamps = [(30, 40), (70, 60)]
     pixels[30, 40], pixels[70, 60] = 3, 10
     table = light_table(pixels)
-    light = [_above_quarter_mean(pixels)[lamp] for lamp in lamps]
+    light = [_above_half_mean(pixels)[lamp] for lamp in lamps]
     numbers = [table.density.view(np.uint32)[lamp] & (SEGMENTS - 1) for lamp in lamps]
     for row, column in np.ndindex(24, 48):
         normal = _direction((row + 0.5) / 24, (column + 0.5) / 48)
@@ -106,6 +106,30 @@ def test_slots_are_in_proportion_to_light_times_cosine():
         assert ((found > 0) == (np.array(weight) > 0)).all() or not sum(weight)
 
 
+@pytest.mark.parametrize(("kernel", "width"), list(enumerate(WIDTHS, 1)))
+def test_a_lobes_slots_are_in_proportion_to_light_times_ggx_about_any_axis_of_their_cell(kernel: int, width: float):
+    pixels = np.zeros((90, 180, 3), np.float32)
+    lamps = [(40, 40), (48, 52)]
+    pixels[40, 40], pixels[48, 52] = 3, 10
+    table = light_table(pixels)
+    light = np.array([_above_half_mean(pixels)[lamp] for lamp in lamps])
+    numbers = [table.density.view(np.uint32)[lamp] & (SEGMENTS - 1) for lamp in lamps]
+    cells = [(10, 11), (12, 13), (11, 12), (15, 16)]
+    nodes = (np.arange(16) + 0.5) / 16
+    for row, column in cells:
+        axes = np.stack([_direction((row + v) / AXES[0], (column + u) / AXES[1]) for v in nodes for u in nodes])
+        weight = []
+        for share, lamp in zip(light, lamps, strict=True):
+            cosine = axes @ _direction((lamp[0] + 0.5) / 90, (lamp[1] + 0.5) / 180)
+            # GGX seen along the normal (Walter 2007, eq. 33) times the cosine of the half vector to the fourth power.
+            weight.append(share * np.mean((1 + (1 - cosine) / (1 + cosine) / width**2) ** -2.0))
+        found = _counts(table)[(kernel * AXES[0] + row) * AXES[1] + column]
+        # One slot of each is sure. The kernel is widened for its cell instead of averaged over it.
+        expected = np.maximum(np.divide(weight, sum(weight)), 1 / SLOTS)
+        np.testing.assert_allclose(found[numbers] / SLOTS, expected, rtol=0.25, atol=0.05)
+        assert (found[numbers] > 0).all()
+
+
 def test_a_sun_beside_the_dimmest_sky_leaves_a_table():
     pixels = np.full((16, 32, 3), 1e-9, np.float32)
     pixels[12, 3], pixels[3, 3] = 1e10, 1e8
@@ -114,12 +138,13 @@ def test_a_sun_beside_the_dimmest_sky_leaves_a_table():
     np.testing.assert_allclose(_density(table, _counts(table)[24 * 24])[[12, 3], 3].sum(), 512 / (2 * np.pi**2), 1e-4)
 
 
-def test_a_normal_that_sees_no_light_has_slots_and_they_are_of_light():
+def test_an_axis_that_sees_no_light_has_slots_and_they_are_of_light():
     pixels = np.zeros((16, 32, 3), np.float32)
     pixels[1] = 5
     table = light_table(pixels)
     np.testing.assert_array_equal(_counts(table).sum(axis=1), SLOTS)
-    assert _density(table, _counts(table)[-1])[1].min() > 0
+    lowest = _counts(table)[AXES[0] * AXES[1] - 1]
+    assert _density(table, lowest)[1].min() > 0
 
 
 def test_a_wide_picture_is_listed_in_blocks_each_texel_of_which_is_as_likely():

@@ -151,7 +151,12 @@ def test_an_interrupted_picture_is_not_taken_for_a_whole_one(monkeypatch: pytest
         ({"sky": "none"}, {"sky": "sharp"}, {"sky"}, set()),
         ({"sky": "sharp"}, {"sky": "blurred"}, {"blurred_sky"}, {"blurred_sky"}),
         ({"tone_map": "none"}, {"tone_map": "neutral"}, {"tone_map"}, {"display"}),
-        ({"tier": "still"}, {"tier": "truth"}, {"surface_truth", "light_table"}, {"sum_odd", "light_table"}),
+        (
+            {"tier": "still"},
+            {"tier": "truth", "error": 0.01},
+            {"surface_truth", "light_table"},
+            {"sum_odd", "light_table"},
+        ),
         (
             {"tier": "interactive", "samples": None, "sky": "none"},
             {"tier": "still", "sky": "none"},
@@ -160,7 +165,7 @@ def test_an_interrupted_picture_is_not_taken_for_a_whole_one(monkeypatch: pytest
         ),
         (
             {"tier": "interactive", "samples": None, "sky": "none"},
-            {"tier": "truth", "sky": "none"},
+            {"tier": "truth", "error": 0.01, "sky": "none"},
             {"points", "surface_truth", "light_table", "accumulate"},
             {"points", "light_table", "sum_even", "sum_odd"},
         ),

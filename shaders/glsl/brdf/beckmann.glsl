@@ -29,6 +29,7 @@ vec3 beckmann(beckmann_params m, Geometry g) {
 
 Proposals beckmann_proposals(beckmann_params m, float cos_o) {
     float alpha = MEAN_SLOPE(m);
-    float diffuse = m.energy == ENERGY_MULTIPLE ? 1e-3 + alpha * alpha : 0.0;
+    float loss_o = beckmann_loss(reduced_cos(cos_o, alpha), alpha);
+    float diffuse = m.energy == ENERGY_MULTIPLE ? cosine_share(loss_o, alpha) : 0.0;
     return mixture(FRESNEL_OF(m), SLOPES(m), ROTATION(m), diffuse, cos_o);
 }

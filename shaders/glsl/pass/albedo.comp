@@ -30,7 +30,7 @@ void main() {
         bool is_proposed = u.x < 0.5;
         u.x = is_proposed ? 2.0 * u.x : 2.0 * u.x - 1.0;
         vec2 v = u;
-        int chosen = chosen_part(proposals, v.x);
+        int chosen = chosen_part(proposals.share, v.x);
         vec3 wi = sample_part(proposals, is_proposed ? chosen : -1, is_proposed ? v : u);
         if (wi.z > HORIZON) {
             Geometry g = geometry(wi, wo);

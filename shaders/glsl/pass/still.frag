@@ -67,7 +67,7 @@ void main() {
     int i = 0;
     do {
         vec2 u = unit_point(sequence_point(uint(first * samples + i), shared_seed));
-        int chosen = chosen_part(proposals, u.x);
+        int chosen = chosen_part(proposals.share, u.x);
         vec3 wi = sample_part(proposals, chosen, u);
         vec3 w = local_to_environment * wi;
 #if LIGHTS > 0
@@ -96,7 +96,7 @@ void main() {
         }
         i++;
     } while (i < samples + LIGHTS);
-    vec3 around = local_to_environment * mix(vec3(-wo.xy, wo.z), vec3(0.0, 0.0, 1.0), proposals.cosine);
+    vec3 around = local_to_environment * mix(vec3(-wo.xy, wo.z), vec3(0.0, 0.0, 1.0), proposals.share.cosine);
     vec3 mean = textureLod(COOL_CUBE, around, cube_level(AROUND, around)).rgb;
     float each = 1.0 / float(samples);
     vec3 missing = albedo_between((int(part) - 1) * AZIMUTHS * COSINES, wo) - each * weights;

@@ -8,8 +8,8 @@
 // directions are drawn before a loop over them whose body is the only copy of the material, and loops test last.
 
 #include "material"
-#include "light_table.glsl"
 #include "mixture.glsl"
+#include "seen_lights.glsl"
 #include "sequence.glsl"
 #include "shading_point.glsl"
 
@@ -34,21 +34,21 @@ void main() {
     uvec2 pixel = uvec2(gl_FragCoord.xy);
     uvec2 material_seed = sequence_seed(pixel, 2u * seed);
     uvec2 light_seed = sequence_seed(pixel, 2u * seed + 1u);
-    uint slots = slots_seen(local_to_environment[2]);
+    SeenLights lights = lights_seen(proposals, wo, local_to_environment);
     vec3 sum = vec3(0.0);
     int i = 0;
     do {
         uint index = uint(first * samples + i);
         uvec2 material_point = sequence_point(index, material_seed);
         vec2 u = unit_point(material_point);
-        int chosen = chosen_part(proposals, u.x);
+        int chosen = chosen_part(proposals.share, u.x);
         vec3 proposed = sample_part(proposals, chosen, u);
         vec3 proposed_w = local_to_environment * proposed;
         // The lowest bits, which are the direction's own no more.
         vec2 jitter = vec2(material_point & 65535u) * (1.0 / 65536.0);
         ivec2 proposed_texel = texel_beside(environment_uv(proposed_w), jitter);
         vec2 lit_uv;
-        ivec2 lit_texel = sample_light(slots, sequence_point(index, light_seed), lit_uv);
+        ivec2 lit_texel = sample_lights(lights, sequence_point(index, light_seed), lit_uv);
         vec3 lit_w = environment_direction(lit_uv);
         vec3 lit = lit_w * local_to_environment;
         int technique = 0;
@@ -59,7 +59,7 @@ void main() {
                 vec4 light = texelFetch(radiance, technique == 0 ? proposed_texel : lit_texel, 0);
                 float pdf = pdf_mixture(proposals, g);
                 if (techniques > 1) {
-                    pdf += pdf_light(slots, light.a, technique == 0 ? proposed_w : lit_w);
+                    pdf += pdf_lights(lights, light.a, technique == 0 ? proposed_w : lit_w);
                 }
                 sum += lobes(g) * light.rgb * (g.cos_i / pdf);
             }
