@@ -9,7 +9,7 @@ import statistics
 from collections.abc import Iterable
 from typing import Any
 
-from shaders.bench.pictures import RMSE_WANTED
+from shaders.bench.pictures import RMSE_WANTED, CaseRow
 
 from ..bench.tables import Table, aligned, filled, piped
 from ._bench_preview_bars import bars
@@ -63,6 +63,10 @@ def _parts(found: PreviewBench) -> Iterable[Part]:
         yield "Cold start", [_START], _start(found)
 
 
+def _look_ups(row: CaseRow) -> str:
+    return f"{row.look_ups}, sun" if row.has_sun else f"{row.look_ups}"
+
+
 def _how(found: PreviewBench) -> str:
     load = "" if found.load is None else " The load was {:.1f} before, {:.1f} after.".format(*found.load)
     size = found.settings.size
@@ -78,8 +82,8 @@ _TIER = (
     "is the mean over the sphere, in brackets over the picture. Time is in units of the textbooks' split sum "
     "(irradiance of 32 texels a side, five levels from 128, 1024 filtered samples; same mesh, targets and samples per "
     "pixel), frames drawn by turns, median of the ratios at {0} x {0} pixels: surface pass, and all passes. Look-ups "
-    "are of cube maps, in a pixel; the textbooks' has two, one of them in two levels, and one of a table. Error is "
-    "what the truth says of its own RMSE."
+    "are of cube maps, in a pixel, beside the sun where the material is lit by it apart; the textbooks' has two, one "
+    "of them in two levels, and one of a table. Error is what the truth says of its own RMSE."
 )
 _TRUTH = (
     "RMSE (sRGB, over the sphere) by light samples per pixel, and by how much four times as many divide it, the "
@@ -132,7 +136,7 @@ def _tier(found: PreviewBench) -> Table:
             one = row.of(name)[0].difference
             cells += [f"{one.flip_inside:.3f} ({one.flip:.3f})", f"{one.rmse:.4f}"]
         rows.append(
-            [*cells, _times(row.surface_ratio), _times(row.frame_ratio), f"{row.look_ups}", f"{row.truth_error:.4f}"]
+            [*cells, _times(row.surface_ratio), _times(row.frame_ratio), _look_ups(row), f"{row.truth_error:.4f}"]
         )
     return rows
 

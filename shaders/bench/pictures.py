@@ -19,6 +19,7 @@ from ..environment import load_environment
 from ..renderer import Renderer
 from ..round_lobes import round_lobes
 from ..scene import Scene
+from ..sun import light_of
 from .case import Case
 from .difference import Difference, check_flip, difference
 from .textbook import Textbook
@@ -48,6 +49,7 @@ class CaseRow:
     - `surface_ratio`, `frame_ratio`: time of interactive over textbook, of the surface pass and of all passes of a
       frame, at the timed size; None if it was not timed.
     - `look_ups`: of blurred environments in a pixel of the interactive tier; the textbook has four of textures.
+    - `has_sun`: whether the interactive tier lights it by the environment's sun apart.
     - `gain`: by how much four times the samples divide the truth's RMSE; None for fewer than two numbers of samples.
     - `cost`: of as many samples as have the wanted RMSE (`RMSE_WANTED`), in frames of the interactive tier of that
       size, by the line through the logarithms of time and RMSE; None if it has not.
@@ -61,6 +63,7 @@ class CaseRow:
     surface_ratio: float | None
     frame_ratio: float | None
     look_ups: int
+    has_sun: bool
     gain: float | None
     cost: float | None
 
@@ -131,7 +134,7 @@ def _row(case: Case, textbook: Textbook, renderer: Renderer, settings: PictureSe
         raced = _race(case, case.scene("interactive", settings.timed_size), textbook, renderer, settings.frames)
         pairs = list(zip(raced["interactive"], raced["textbook"], strict=True))
         ratios = {name: statistics.median(ours[name] / theirs[name] for ours, theirs in pairs) for name in ratios}
-    look_ups = len(round_lobes(scene.parts[0].twin).kernels)
+    lobes = round_lobes(scene.parts[0].twin)
     sampled = [point for point in points if point.method == "truth"]
     gain, frames = convergence(sampled, error, points[1].milliseconds)
     return CaseRow(
@@ -142,7 +145,8 @@ def _row(case: Case, textbook: Textbook, renderer: Renderer, settings: PictureSe
         tuple(points),
         ratios["surface"],
         ratios["frame"],
-        look_ups,
+        len(lobes.kernels),
+        light_of(case.environment, lobes)[1] is not None,
         gain,
         frames,
     )
