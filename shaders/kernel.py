@@ -72,13 +72,14 @@ class Kernel:
     def texels(self) -> int:
         """Texels along an edge of the cube that holds an environment blurred by it.
 
-        Three to its half width or more. Between them values are interpolated linearly, and that is what is left of a
-        wide blur's error, even of an even sky: these have more.
+        Three to its half width or more, but for the narrowest, whose pictures are no better for more than they have.
+        Between them values are interpolated linearly, and that is what is left of a wide blur's error, even of an even
+        sky: these have more.
         """
         if self.power == 0:
             return 64
         wanted = max(3.2 / self.width, min(24 / self.width, 80))
-        return int(np.clip(8 * math.ceil(wanted / 8), 40, 256))
+        return int(np.clip(8 * math.ceil(wanted / 8), 40, 128))
 
     def values(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """The kernel in 1/sr at x = tan^2(theta / 2)."""

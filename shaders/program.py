@@ -68,12 +68,16 @@ def set_uniforms(program: moderngl.Program | moderngl.ComputeShader, values: Map
     **Arguments:**
 
     - `program`: a compiled program.
-    - `values`: name -> number or tuple, as moderngl takes it.
+    - `values`: name -> number or tuple, as moderngl takes it; of an array a list, whose end a driver may have removed.
     """
     active = set(program)
     for name, value in values.items():
-        if name in active:
-            program[name] = value
+        if name not in active:
+            continue
+        if isinstance(value, list):
+            count = getattr(program[name], "array_length", len(value))
+            value = value[:count] if count > 1 else value[0]
+        program[name] = value
 
 
 def _key(stages: tuple[str, ...], defines: Mapping[str, str], generated: Mapping[str, str]) -> Key:

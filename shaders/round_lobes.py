@@ -67,7 +67,7 @@ class RoundLobes:
         """The kernels, each once: those of the blurred environments that are looked up."""
         return tuple(sorted(set(self.kernels)))
 
-    @property
+    @functools.cached_property
     def highlight_width(self) -> float | None:
         """The width of the one kernel that is as high as all round ones together are to a viewer above; None if nothing
         is reflected to there but what ends at the horizon."""
@@ -90,9 +90,13 @@ class RoundLobes:
 
     def uniforms(self) -> dict[str, Any]:
         """The uniforms of `glsl/round_lobes.glsl` that are not textures."""
-        lean = self.lean.tolist()
         wide = (math.cos(self.azimuth), math.sin(self.azimuth))
-        return {"lean": lean if len(lean) > 1 else lean[0], "wide_azimuth": wide}
+        heights = [one.values(np.zeros(1))[0] for one in self.kernels]
+        kernels = [
+            (1 / one.width**2, 0.0 if math.isinf(one.power) else one.power, height)
+            for one, height in zip(self.kernels, heights, strict=True)
+        ]
+        return {"lean": self.lean.tolist(), "wide_azimuth": wide, "kernel": kernels}
 
     def table(self) -> NDArray[np.float32]:
         """The texture `lobe_table` of `glsl/round_lobes.glsl`: shape (n a, cosines, 4)."""

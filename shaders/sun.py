@@ -2,8 +2,10 @@
 
 A round lobe's image of it is round in directions of light, where a microfacet's is round in half vectors: away from the
 mirror's axis one is half as wide as the other, and no sum of a few round lobes hides it. So a material is lit by such a
-light by its own values, and by blurs of the rest alone. A studio's spot light is a sun too, to a material with a wide
-enough highlight; a soft box is none.
+light by its own values, and by blurs of the rest alone. A studio's spot light is a sun too; a soft box is none.
+
+Lobes that are narrower than the sun show its shape, which those values for its middle do not have: they blur the
+environment with it, and what they reflect of it is taken off.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .environment import Environment
+from .kernel import Kernel
 from .lamps import find_bright
 
 if TYPE_CHECKING:
@@ -58,16 +61,27 @@ class Sun:
         return 1.2 * self.spread
 
 
-def light_of(environment: Environment, lobes: RoundLobes) -> tuple[Environment, Sun | None]:
-    """What a material's look-ups are of, and the sun by which it is lit apart from them, if it is.
-
-    Round lobes that fit well need no help, and a narrow highlight shows the sun's own shape.
-    """
+def sun_of(environment: Environment, lobes: RoundLobes) -> Sun | None:
+    """The sun by which a material is lit apart from its look-ups, if it is: round lobes that fit well need no help, and
+    a mirror shows the sun's own shape."""
     sun = find_sun(environment) if lobes.misfit > _MISFIT_MIN else None
-    width = lobes.highlight_width
-    if sun is None or (width is not None and width < _WIDTHS * sun.spread):
-        return environment, None
-    return sun.rest, sun
+    return None if sun is None or all(is_narrow(lobes, kernel, sun) for kernel in lobes.kernels) else sun
+
+
+def is_narrow(lobes: RoundLobes, kernel: Kernel, sun: Sun | None) -> bool:
+    """Whether one of a material's kernels shows the sun's own shape, and so blurs the environment with it.
+
+    None does if all together are wide enough: narrow ones then are a part of one highlight, or of its rim.
+    """
+    if sun is None or lobes.highlight_width is None or lobes.highlight_width >= _WIDTHS * sun.spread:
+        return False
+    return kernel.power > 0 and kernel.width < _WIDTHS * sun.spread
+
+
+def light_of(environment: Environment, lobes: RoundLobes, kernel: Kernel) -> Environment:
+    """What one of a material's kernels blurs."""
+    sun = sun_of(environment, lobes)
+    return environment if sun is None or is_narrow(lobes, kernel, sun) else sun.rest
 
 
 @functools.lru_cache(8)

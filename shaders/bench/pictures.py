@@ -19,7 +19,7 @@ from ..environment import load_environment
 from ..renderer import Renderer
 from ..round_lobes import round_lobes
 from ..scene import Scene
-from ..sun import light_of
+from ..sun import sun_of
 from .case import Case
 from .difference import Difference, check_flip, difference
 from .textbook import Textbook
@@ -146,7 +146,7 @@ def _row(case: Case, textbook: Textbook, renderer: Renderer, settings: PictureSe
         ratios["surface"],
         ratios["frame"],
         len(lobes.kernels),
-        light_of(case.environment, lobes)[1] is not None,
+        sun_of(case.environment, lobes) is not None,
         gain,
         frames,
     )

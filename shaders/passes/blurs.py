@@ -52,5 +52,5 @@ def wanted_blurs(scene: Scene) -> tuple[tuple[Environment, Kernel], ...]:
     found = set[tuple[Environment, Kernel]]()
     for part in visible_parts(scene) if scene.tier == "interactive" else ():
         lobes = round_lobes(part.twin)
-        found |= {(light_of(scene.environment, lobes)[0], kernel) for kernel in lobes.kernels}
+        found |= {(light_of(scene.environment, lobes, kernel), kernel) for kernel in lobes.kernels}
     return tuple(sorted(found, key=lambda one: (one[0].digest, one[1])))

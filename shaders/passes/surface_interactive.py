@@ -14,7 +14,7 @@ from ..plan import Pass
 from ..program import set_uniforms
 from ..round_lobes import RoundLobes, round_lobes
 from ..scene import Part, Scene
-from ..sun import light_of
+from ..sun import is_narrow, light_of, sun_of
 from ..view import environment_to_world, world_to_environment
 from . import depth
 from .blurs import cube_name
@@ -32,8 +32,10 @@ def declare(scene: Scene) -> Pass:
         lobes = [round_lobes(part.twin) for part in parts]
         for i, part in enumerate(parts):
             reads |= {mesh_name(part), lobes_name(i)}
-            light, sun = light_of(scene.environment, lobes[i])
-            reads |= {cube_name(scene, light, kernel) for kernel in lobes[i].kernels}
+            sun = sun_of(scene.environment, lobes[i])
+            reads |= {
+                cube_name(scene, light_of(scene.environment, lobes[i], kernel), kernel) for kernel in lobes[i].kernels
+            }
             if sun is not None:
                 reads |= material_names(i, part)
                 suns = scene.environment.digest
@@ -48,9 +50,10 @@ def prepare(frame: Frame) -> Callable[[int], None]:
 
     def program_of(part: Part) -> moderngl.Program:
         lobes = round_lobes(part.twin)
-        has_sun = light_of(frame.scene.environment, lobes)[1] is not None
-        defines = lobes.defines() | {"SUN": str(int(has_sun))}
-        generated = {"material": part.twin.text if has_sun else ""}
+        sun = sun_of(frame.scene.environment, lobes)
+        narrow = ", ".join(str(is_narrow(lobes, kernel, sun)).lower() for kernel in lobes.kernels)
+        defines = lobes.defines() | {"SUN": str(int(sun is not None)), "IS_NARROW": f"bool[]({narrow})"}
+        generated = {"material": "" if sun is None else part.twin.text}
         return frame.programs.graphics("pass/surface.vert", "pass/interactive.frag", defines, generated)
 
     bind_material = bind_materials(frame)
@@ -58,21 +61,23 @@ def prepare(frame: Frame) -> Callable[[int], None]:
     def bind(index: int) -> None:
         part = frame.visible[index]
         lobes = round_lobes(part.twin)
-        light, sun = light_of(frame.scene.environment, lobes)
+        sun = sun_of(frame.scene.environment, lobes)
         if sun is not None:
             bind_material(index)
             towards = environment_to_world(frame.scene) @ sun.direction
             light_values = {
                 "sun_direction": tuple(towards),
+                "sun_in_environment": tuple(sun.direction),
                 "sun_irradiance": tuple(sun.irradiance),
                 "sun_edge": sun.edge,
             }
             set_uniforms(program_of(part), light_values)
         for unit, kernel in enumerate(lobes.cubes, FIRST_BLUR):
+            light = light_of(frame.scene.environment, lobes, kernel)
             frame.resource(cube_name(frame.scene, light, kernel), moderngl.TextureCube).use(unit)
         units = list(range(FIRST_BLUR, FIRST_BLUR + len(lobes.cubes)))
         frame.resource(lobes_name(index), KeptPixels).texture.use(UNITS["lobe_table"])
-        textures = {"blurred": units if len(units) > 1 else units[0], "lobe_table": UNITS["lobe_table"]}
+        textures = {"blurred": units, "lobe_table": UNITS["lobe_table"]}
         set_uniforms(program_of(part), textures | lobes.uniforms())
 
     values = {

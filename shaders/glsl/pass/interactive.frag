@@ -24,11 +24,12 @@ void main() {
     vec3 v = normalize(camera_position - world_position);
     float cos_o = clamp(dot(n, v), COS_O_MIN, 1.0);
 #if AZIMUTHS == 2
-    color = vec4(lit_by_lobes(world_to_environment * tangent_frame(n), world_to_environment * v, cos_o), 1.0);
+    Viewer viewer = viewer_at(world_to_environment * tangent_frame(n), world_to_environment * v, cos_o);
 #else
-    color = vec4(lit_by_lobes(world_to_environment * n, world_to_environment * v, cos_o), 1.0);
+    Viewer viewer = viewer_at(world_to_environment * n, world_to_environment * v, cos_o);
 #endif
+    color = vec4(lit_by_lobes(viewer), 1.0);
 #if SUN
-    color.rgb += lit_by_sun(tangent_frame(n), v, cos_o);
+    color.rgb += lit_by_sun(tangent_frame(n), v, cos_o, narrow_lobes(viewer, sun_in_environment));
 #endif
 }
