@@ -130,9 +130,10 @@ def plain_from_dict(data: Any, declaration_of: Callable[[str], Declaration]) -> 
     if not isinstance(data.get("model"), str):
         raise UserError('The key `model` is missing or not a string. Write for example `"model": "lambert+ggx"`.')
     for key in data:
-        close = difflib.get_close_matches(str(key), _KEYS, 1, 0.7)
-        if key not in _KEYS and close:
-            raise UserError(f"`{key}` is not a key of a material. Did you mean `{close[0]}`?")
+        if key not in _KEYS:
+            close = difflib.get_close_matches(str(key), _KEYS, 1, 0.7)
+            remedy = f"Did you mean `{close[0]}`?" if close else "Choices stand among the parameters of their lobe."
+            raise UserError(f"`{key}` is not a key of a material, which are `{'`, `'.join(_KEYS)}`. {remedy}")
     lobes = lobe_models(data["model"])
     given = data.get("parameters", {})
     if not isinstance(given, Mapping):

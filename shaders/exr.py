@@ -15,6 +15,7 @@ import OpenEXR
 from numpy.typing import ArrayLike, NDArray
 
 from brdf.errors import FileError, UserError
+from brdf.silence import silence
 
 _MAGIC = b"\x76\x2f\x31\x01"
 
@@ -57,7 +58,8 @@ def read_exr(path: str | os.PathLike[str], width_max: int) -> NDArray[np.float32
 def _first_part(path: str | os.PathLike[str], *, header_only: bool) -> Any:
     """The first part; OpenEXR raises for a damaged header, and leaves out a part whose pixels are damaged."""
     try:
-        parts = OpenEXR.File(os.fspath(path), separate_channels=True, header_only=header_only).parts
+        with silence():
+            parts = OpenEXR.File(os.fspath(path), separate_channels=True, header_only=header_only).parts
         problem = "Its pixels are damaged or cut off."
     except Exception as error:  # OpenEXR raises bare RuntimeError and ValueError
         parts, problem = [], f"OpenEXR cannot read it: {' '.join(str(error).split())}."

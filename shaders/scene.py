@@ -126,6 +126,6 @@ class Scene:
         if self.error is not None and not _ERROR_MIN <= self.error <= 1:
             raise UserError(f"`error = {self.error}` is outside [{_ERROR_MIN}, 1]. 0.005 is hardly visible.")
         if self.seconds is not None and not 0 < self.seconds < math.inf:
-            raise UserError(f"`seconds = {self.seconds}` is no time limit. Pass a number above 0, or `None` for none.")
+            raise UserError(f"`seconds = {self.seconds}` is no time limit. It must be above 0.")
         if self.samples is not None and not 1 <= self.samples <= _SAMPLES_MAX:
             raise UserError(f"`samples = {self.samples}` is outside [1, {_SAMPLES_MAX}]. A few hundred are usual.")

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from brdf.errors import FileError
+from brdf.silence import silence
 from fitter.formats._slice import slice_measurement
 from fitter.reflectance import Reflectance
 
@@ -101,7 +102,8 @@ def _first_part(path: str | os.PathLike[str], *, header_only: bool) -> Any:
     import OpenEXR
 
     try:
-        parts = OpenEXR.File(os.fspath(path), separate_channels=True, header_only=header_only).parts
+        with silence():
+            parts = OpenEXR.File(os.fspath(path), separate_channels=True, header_only=header_only).parts
         problem = "has pixels that are damaged or cut off."
     except Exception as error:  # OpenEXR raises bare RuntimeError and ValueError
         parts, problem = [], f"cannot be read by OpenEXR: {' '.join(str(error).split())}."

@@ -41,6 +41,7 @@ def test_one_number_is_grey_and_what_is_left_out_is_default():
 @pytest.mark.parametrize(
     ("data", "sentence"),
     [
+        ({"model": "ggx", "choices": {"masking": "neumann"}}, "`choices` is not a key of a material"),
         ([], "JSON object"),
         ({}, "`model` is missing"),
         ({"model": 3}, "not a string"),

@@ -241,3 +241,12 @@ def test_the_digest_is_of_shape_and_values_alone():
     assert len(others | {first.digest}) == 4
     # Equality stays identity.
     assert Environment(pixels, "first") != first
+
+
+def test_of_a_damaged_picture_only_the_error_is_told(tmp_path: pathlib.Path, capfd: pytest.CaptureFixture[str]):
+    # OpenEXR itself prints to both, and results for machines go to stdout.
+    whole = _write_exr(tmp_path / "a.exr", {name: np.ones((64, 128), np.float32) for name in "RGB"})
+    whole.write_bytes(whole.read_bytes()[:-100])
+    with pytest.raises(brdf.FileError, match="damaged or cut off"):
+        load_environment(whole)
+    assert capfd.readouterr() == ("", "")
