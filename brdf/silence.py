@@ -14,21 +14,15 @@ def silence() -> Iterator[None]:
 
     Use it around a call of a library that reports by its return value or an exception as well.
     """
-    _flush()
-    kept = [os.dup(number) for number in (1, 2)]
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    try:
-        for number in (1, 2):
-            os.dup2(nowhere, number)
-        yield
-    finally:
-        _flush()
-        for number, one in zip((1, 2), kept, strict=True):
-            os.dup2(one, number)
-            os.close(one)
-        os.close(nowhere)
-
-
-def _flush() -> None:
     for stream in (sys.stdout, sys.stderr):
         stream.flush()
+    kept = [os.dup(number) for number in (1, 2)]
+    with open(os.devnull, "w") as nowhere, contextlib.redirect_stdout(nowhere), contextlib.redirect_stderr(nowhere):
+        try:
+            for number in (1, 2):
+                os.dup2(nowhere.fileno(), number)
+            yield
+        finally:
+            for number, one in zip((1, 2), kept, strict=True):
+                os.dup2(one, number)
+                os.close(one)
