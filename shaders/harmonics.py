@@ -26,7 +26,8 @@ from numpy.typing import NDArray
 _ORDERS_AT_ONCE = 24
 # Of no weight, and multiplied much slower if it is denormal in float32.
 _TINY = 1e-30
-# A picture's texels may be summed to this many rows per degree, or in all: a function changes little within such a row.
+# A picture's texels may be summed to this many rows and columns per degree, or in all: a function changes little within
+# one of them.
 _ROWS_PER_DEGREE, _ROWS_MIN = 6, 128
 # Nodes of the midpoint rule for a kernel, theta = u^4 pi: a width of 1e-3 still spans an eighth of them.
 _KERNEL_NODES = 4096
@@ -114,10 +115,10 @@ def _energies(pixels: NDArray[np.float32], degree: int) -> NDArray[np.float32]:
     edges = np.cos(np.pi * np.arange(height + 1) / height)
     solid_angle = ((edges[:-1] - edges[1:]) * (2 * np.pi / width)).astype(np.float32)
     rows = max(_ROWS_PER_DEGREE * degree, _ROWS_MIN)
-    down, across = _block(height, rows), _block(width, 2 * rows)
-    summed = np.zeros((height // down, width, 3), np.float32)
-    for start in range(down):
-        summed += pixels[start::down] * solid_angle[start::down, None, None]
+    down, across = _block(height, rows), _block(width, rows)
+    # A product of matrices reads the picture once, and keeps nothing of its size.
+    blocks = np.ascontiguousarray(pixels).reshape(height // down, down, width * 3)
+    summed = (solid_angle.reshape(-1, 1, down) @ blocks).reshape(height // down, width, 3)
     found = summed[:, ::across]
     for start in range(1, across):
         found = found + summed[:, start::across]
@@ -139,7 +140,7 @@ def _is_odd(degree: int) -> NDArray[np.bool_]:
     return (np.add.outer(np.arange(degree + 1), np.arange(degree + 1)) % 2 == 1)[..., None]
 
 
-@functools.lru_cache(4)
+@functools.lru_cache(8)
 def _row_functions(height: int, degree: int) -> NDArray[np.float32]:
     """Those of `_legendre` at the middles of a picture's upper rows, of which there are (height + 1) // 2."""
     return _legendre(np.cos(np.pi * (np.arange((height + 1) // 2) + 0.5) / height), degree)

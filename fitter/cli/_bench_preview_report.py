@@ -101,8 +101,8 @@ _TABLES = (
     "Irradiance and the blurs of GGX of roughness 0.5 and more (power 2, by width), built without the cache of tables, "
     "by turns with 64-sample filtered importance sampling of the same cubes from the environment's own, the level by "
     "the density of the sample; relative RMS error at 50 random directions, from direct summation in float64. The "
-    "first blur of ours holds what is found out for all; tables by size alone, which all environments share, and "
-    "programs are made before. Milliseconds of the environment's own cube, which only the samples need, are in none: "
+    "first blur of ours holds what is found out for all; the environment's digest, tables by size alone, which all "
+    "environments share, and programs are made before. Milliseconds of the environment's own cube, which only the samples need, are in none: "
     "{}."
 )
 _START = (

@@ -82,6 +82,7 @@ def _tables(light: Environment, kernels: Sequence[Kernel], rounds: int) -> Table
     with _without_kept_tables():
         for number in range(rounds + 1):
             fresh = dataclasses.replace(light)
+            assert fresh.digest  # by which every pass knows it, whatever it does with it
             milliseconds, sky_cube = _timed(gpu, lambda: make_sky_cube(gpu.ctx, kept, radiance))
             pairs = [
                 [
