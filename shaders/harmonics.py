@@ -115,7 +115,7 @@ def _energies(pixels: NDArray[np.float32], degree: int) -> NDArray[np.float32]:
     edges = np.cos(np.pi * np.arange(height + 1) / height)
     solid_angle = ((edges[:-1] - edges[1:]) * (2 * np.pi / width)).astype(np.float32)
     rows = max(_ROWS_PER_DEGREE * degree, _ROWS_MIN)
-    down, across = _block(height, rows), _block(width, rows)
+    down, across = _block(height, rows), _block(width, max(rows, 2 * _ROWS_MIN))
     # A product of matrices reads the picture once, and keeps nothing of its size.
     blocks = np.ascontiguousarray(pixels).reshape(height // down, down, width * 3)
     summed = (solid_angle.reshape(-1, 1, down) @ blocks).reshape(height // down, width, 3)

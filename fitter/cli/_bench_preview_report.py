@@ -102,8 +102,8 @@ _TABLES = (
     "by turns with 64-sample filtered importance sampling of the same cubes from the environment's own, the level by "
     "the density of the sample; relative RMS error at 50 random directions, from direct summation in float64. The "
     "first blur of ours holds what is found out for all; the environment's digest, tables by size alone, which all "
-    "environments share, and programs are made before. Milliseconds of the environment's own cube, which only the samples need, are in none: "
-    "{}."
+    "environments share, and programs are made before. Milliseconds of the environment's own cube, which only the "
+    "samples need, are in none: {}."
 )
 _START = (
     "Seconds of whole processes, by turns: `brdf preview gold.json -e 1k.hdr --tier interactive`, 512 x 512 pixels. "
