@@ -34,8 +34,8 @@ _SIZE = 128
 # Samples of the reference in one go, for the memory of Mitsuba's vectorised variants.
 _PASS = 1024
 _COUNTS = (32, 64, 128, 256, 512, 1024)
-# The truth draws whole frames of 16 samples, as many in both of its sums.
-_STEP = 32
+# The truth draws whole frames of 16 samples.
+_STEP = 16
 # The cost of a frame is measured at these sizes, that of a sample by the difference of two truths.
 _SIZES = (128, 512)
 _TRUTHS: tuple[tuple[Tier, int], ...] = (("truth", 32), ("truth", 128))
