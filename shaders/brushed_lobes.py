@@ -49,5 +49,5 @@ def _row(power: float, width: int, spread: int) -> Shape | None:
     n = max(2 * math.ceil(reach / (_APART * WIDTHS[width])) + 1, _COUNT_MIN)
     if WIDTHS[spread] < 0.5 * WIDTHS[width] or n > _COUNT_MAX:
         return None
-    tilt, lean = np.tile(MIRRORED, (n, 1)), np.linspace(-reach, reach, n)
+    tilt, lean = np.tile(MIRRORED, (n, 1)), np.arange(-(n // 2), n // 2 + 1) * (reach / (n // 2))
     return Shape(np.full(n, power), np.full(n, math.log(WIDTHS[width])), tilt, lean)

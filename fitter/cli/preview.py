@@ -42,7 +42,10 @@ _TIERS = ("interactive", "still", "truth")
 )
 @click.option("--seconds", default=None, type=float, help="truth: stops after this time, converged or not.")
 @click.option(
-    "--samples", default=None, type=int, help="Directions of light per pixel; with --error or --seconds, the most."
+    "--samples",
+    default=None,
+    type=int,
+    help="Directions of light per pixel; with --error or --seconds, the most, else as many, and no error is told.",
 )
 @click.option(
     "--sky",

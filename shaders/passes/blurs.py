@@ -1,4 +1,4 @@
-"""Blurs the environment by each kernel that a material's round lobes have."""
+"""Blurs the environment, or it without its sun, by each kernel that a material's round lobes have."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Draws the meshes, lit by blurred environments, into the frame."""
+"""Draws the meshes, lit by blurred environments and by a sun apart, into the frame."""
 
 from __future__ import annotations
 
@@ -26,7 +26,6 @@ def declare(scene: Scene) -> Pass:
     enabled = scene.tier == "interactive"
     reads: set[str] = set()
     lobes: list[RoundLobes] = []
-    suns = ""
     if enabled:
         parts = visible_parts(scene)
         lobes = [round_lobes(part.twin) for part in parts]
@@ -38,10 +37,9 @@ def declare(scene: Scene) -> Pass:
             }
             if sun is not None:
                 reads |= material_names(i, part)
-                suns = scene.environment.digest
         if depth.declare(scene).enabled:
             reads |= {"depth"}
-    key = (scene.camera, scene.width, scene.height, scene.rotation, tuple(one.kernels for one in lobes), suns)
+    key = (scene.camera, scene.width, scene.height, scene.rotation, tuple(one.kernels for one in lobes))
     return Pass("surface_interactive", frozenset(reads), frozenset({"frame"}), key, enabled, every_frame=True)
 
 
