@@ -29,7 +29,7 @@ from .twin import Twin
 
 # Not among the tables, which are of one material or environment each.
 FOLDER = "models"
-# Their version says how they are written.
+# Their versions say how they are made and written: `traced` is not among the files of the program's digest.
 _DECLARATION, _TRACE = "declaration-1", "trace-1"
 
 

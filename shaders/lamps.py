@@ -69,7 +69,7 @@ def find_lamps(environment: Environment) -> Lamps:
 
 @functools.lru_cache(8)
 def find_bright(environment: Environment) -> Lamps:
-    """All texels above four times the mean radiance, whose lamps are among them."""
+    """All texels above four times the mean radiance, as many as they are: a sun is looked for among them."""
     return _above(environment, environment.pixels[..., 0].size)
 
 
